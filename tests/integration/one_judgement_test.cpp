@@ -1,10 +1,12 @@
-// Faults made with real processes: the command line, the doctor, the page and the metrics say the
-// same about each.
+// Faults made with real processes: the command line, the doctor, the page, the metrics and mails
+// say the same about each, and the page says it soon.
 
 #include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
+#include <mutex>
 #include <optional>
 #include <regex>
 #include <set>
@@ -18,6 +20,7 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include "base/text/times.hpp"
 #include "fabric/dds/participant.hpp"
 #include "fabric/endpoints/alarm_endpoint.hpp"
 #include "fabric/plant/concern.hpp"
@@ -27,6 +30,19 @@
 
 namespace millrace::tests::integration {
 namespace {
+
+using fabric::Time;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+/// From a fault, or from the end of the documented wait of its kind, until the page shows it.
+constexpr seconds soon{3};
+/// These waits (docs/how-to/monitor.md, docs/reference/wire.md).
+constexpr seconds of_unknown_uuid{2};
+constexpr seconds of_lost_service{1};
+constexpr seconds of_silent_gateway{1};
+constexpr seconds of_free_instance{5};
+constexpr seconds of_alarms{5};
 
 /// "act held cnc/1", … for each concern of a list in JSON.
 std::set<std::string> concerns_in(const boost::json::value& list) {
@@ -57,18 +73,70 @@ std::set<std::string> times_in(const boost::json::value& list) {
   return all;
 }
 
+const std::string square_root = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
+const std::string with_programs =
+    "machine { name: \"cnc\" host: \"127.0.0.1\" port: @PORT@ net_id: \"127.0.0.1.1.1\" "
+    "programs { period_ms: 20 error: \"mc_error_id_r\" } }\n";
+
+/// Shows what the server's events say, as a tab of the page does.
+class Browser {
+ public:
+  explicit Browser(std::uint16_t port) : events_(port, "/api/live"), reading_([this] { read(); }) {}
+
+  [[nodiscard]] std::set<std::string> concerns() const {
+    const std::scoped_lock lock(mutex_);
+    std::set<std::string> all;
+    for (const auto& [concern, since] : shown_) {
+      all.insert(concern);
+    }
+    return all;
+  }
+  /// Since when it shows this concern.
+  [[nodiscard]] Time shows_since(const std::string& concern) const {
+    const std::scoped_lock lock(mutex_);
+    return shown_.at(concern);
+  }
+
+ private:
+  void read() {
+    try {
+      while (true) {
+        const boost::json::value event = boost::json::parse(events_.next().data);
+        if (const auto* concerns = event.as_object().if_contains("concerns")) {
+          show(concerns_in(*concerns));
+        }
+      }
+    } catch (const std::runtime_error&) {
+      // The test ends its server.
+    }
+  }
+  void show(const std::set<std::string>& concerns) {
+    const std::scoped_lock lock(mutex_);
+    std::erase_if(shown_, [&](const auto& each) { return !concerns.contains(each.first); });
+    for (const std::string& concern : concerns) {
+      shown_.try_emplace(concern, std::chrono::system_clock::now());
+    }
+  }
+
+  mutable std::mutex mutex_;
+  std::map<std::string, Time> shown_;
+  HttpEvents events_;
+  std::jthread reading_;
+};
+
 class OneJudgement : public testing::Test {
  protected:
   void SetUp() override {
     web.emplace(chain.millrace({"web", "--listen", "127.0.0.1:0"}));
     port = static_cast<std::uint16_t>(
         std::stoi(web->await("^ready: .* at http://127\\.0\\.0\\.1:(\\d+)/").at(1)));
+    browser.emplace(port);
   }
 
   [[nodiscard]] boost::json::value page() const {
     return boost::json::parse(HttpClient(port).get("/api/concerns").body);
   }
-  [[nodiscard]] std::set<std::string> on_the_page() const { return concerns_in(page()); }
+  [[nodiscard]] std::set<std::string> on_the_page() const { return browser->concerns(); }
   std::set<std::string> in_the_metrics() {
     const std::string text = HttpClient(port).get("/metrics").body;
     const std::regex line(
@@ -97,10 +165,25 @@ class OneJudgement : public testing::Test {
     return doctor.output();
   }
 
-  /// Waits until every view has exactly this concern.
-  void expect_everywhere(const std::string& concern, const std::string& what, int code) {
+  /// The test makes its fault with what follows. Without this, the fault begins when its concern
+  /// does: an NC program makes it.
+  void begin_fault() { fault = std::chrono::system_clock::now(); }
+  /// Waits until the page has exactly this concern, which it shows in time.
+  void expect_on_the_page(const std::string& concern, milliseconds wait = {}) {
     const std::set<std::string> expected{concern};
-    await("the page to say " + concern, [&] { return on_the_page() == expected; });
+    await("the page to say " + concern,
+          [&] { return on_the_page() == expected && concerns_in(page()) == expected; });
+    const Time since =
+        fault ? *fault
+              : base::text::parse_time(std::string(page().at(0).at("since").as_string()), Time{})
+                    .value();
+    EXPECT_LE(browser->shows_since(concern) - since, wait + soon) << concern;
+  }
+  /// Waits until every view has exactly this concern. The kind of the fault is none for `wait`.
+  void expect_everywhere(const std::string& concern, const std::string& what, int code,
+                         milliseconds wait = {}) {
+    const std::set<std::string> expected{concern};
+    expect_on_the_page(concern, wait);
     await("the metrics to say " + concern, [&] { return in_the_metrics() == expected; });
     await("status to say " + concern, [&] { return in_a_terminal() == expected; });
     EXPECT_EQ(exit_code, code);
@@ -110,7 +193,30 @@ class OneJudgement : public testing::Test {
     await("the doctor to say " + what,
           [&] { return of_the_doctor().find('"' + what + '"') != std::string::npos; });
   }
+  /// The path of an NC program that calls this service with this text all the time.
+  [[nodiscard]] std::string calls_of(const std::string& uuid, const std::string& text) const {
+    const auto program = chain.folder() / (uuid + ".nc");
+    std::ofstream(program) << "%calls\nP1 = 1\n$WHILE TRUE\nV.G.SERVICE.UUID = \"" << uuid
+                           << "\"\nV.G.SERVICE.REQUEST = \"" << text
+                           << "\"\nV.G.SERVICE.REQUEST_STATE = P1\n#FLUSH CONTINUE\n"
+                              "#WAIT FOR V.G.SERVICE.RESPONSE_STATE != 0\nP1 = P1 + 1\n"
+                              "$ENDWHILE\nM30\n";
+    return program;
+  }
+  [[nodiscard]] std::string aborted_program() const {
+    const auto program = chain.folder() / "bad.nc";
+    std::ofstream(program) << "%bad\n#FLUSH WAIT\nP1 = 1 / 0\nM30\n";
+    return program;
+  }
+  void await_running_call() const {
+    await("the call to run", [&] {
+      Process channels = chain.millrace({"channels"});
+      channels.wait();
+      return channels.output().find("running") != std::string::npos;
+    });
+  }
   void expect_nothing_anywhere() {
+    fault.reset();
     await("the page to be well", [&] { return on_the_page().empty(); });
     await("the metrics to be well", [&] { return in_the_metrics().empty(); });
     await("status to be well", [&] { return in_a_terminal().empty(); });
@@ -118,11 +224,14 @@ class OneJudgement : public testing::Test {
   }
 
   Chain chain;
+  /// It ends with its server, which is destroyed before.
+  std::optional<Browser> browser;
   std::optional<Process> web;
   std::optional<Process> service;
   std::optional<Process> cnc;
   std::optional<Process> gateway;
   std::uint16_t port = 0;
+  std::optional<Time> fault;
   int exit_code = -1;
   boost::json::value in_status;
   std::set<std::string> roles_in_the_metrics;
@@ -132,11 +241,8 @@ TEST_F(OneJudgement, IsSaidOfACallThatIsHeldAndOfItsEnd) {
   service.emplace(chain.slow_service({"--work", "100000", "--delivery", "at-most-once"}));
   cnc.emplace(chain.cnc({"--run", Chain::program(1, "one_slow_call.nc"), "--exit-when-idle"}));
   gateway.emplace(chain.gateway());
-  await("the call to run", [&] {
-    Process channels = chain.millrace({"channels"});
-    channels.wait();
-    return channels.output().find("running") != std::string::npos;
-  });
+  await_running_call();
+  begin_fault();
   service->kill();
   expect_everywhere("act held cnc/1", "what_held", 4);
   Process answer = chain.millrace({"answer", "cnc/1", "by hand", "--state", "7"});
@@ -147,7 +253,7 @@ TEST_F(OneJudgement, IsSaidOfACallThatIsHeldAndOfItsEnd) {
 TEST_F(OneJudgement, IsSaidOfAServiceThatIsNotThereAndOfItsReturn) {
   cnc.emplace(chain.cnc({"--run", Chain::program(1, "endless_calls.nc")}));
   gateway.emplace(chain.gateway());
-  expect_everywhere("act unserved cnc/1", "what_unserved", 5);
+  expect_everywhere("act unserved cnc/1", "what_unserved", 5, of_unknown_uuid);
   service.emplace(chain.square_root());
   expect_nothing_anywhere();
 }
@@ -157,8 +263,21 @@ TEST_F(OneJudgement, IsSaidOfAControllerThatIsGone) {
   gateway.emplace(chain.gateway());
   gateway->await_error("link up");
   expect_nothing_anywhere();
+  begin_fault();
   cnc->kill();
   expect_everywhere("act link down cnc", "what_link_down", 3);
+}
+
+TEST_F(OneJudgement, IsSaidOfAControllerThatStopsAnsweringAndOfItsReturn) {
+  cnc.emplace(chain.cnc());
+  gateway.emplace(chain.gateway());
+  gateway->await_error("link up");
+  expect_nothing_anywhere();
+  begin_fault();
+  cnc->signal(SIGSTOP);
+  expect_on_the_page("act link down cnc");
+  cnc->signal(SIGCONT);
+  expect_nothing_anywhere();
 }
 
 TEST_F(OneJudgement, IsSaidOfAGatewayThatIsGone) {
@@ -166,9 +285,10 @@ TEST_F(OneJudgement, IsSaidOfAGatewayThatIsGone) {
   gateway.emplace(chain.gateway());
   gateway->await_error("link up");
   expect_nothing_anywhere();
+  begin_fault();
   gateway->kill();
   const std::set<std::string> expected{"act gateway gone cnc"};
-  await("the page to have it", [&] { return on_the_page() == expected; });
+  expect_on_the_page("act gateway gone cnc", of_silent_gateway);
   await("the metrics to have it", [&] { return in_the_metrics() == expected; });
   // A command that joins now never saw the gateway: no controller is asked for calls.
   await("status to have it",
@@ -181,22 +301,16 @@ TEST_F(OneJudgement, SaysThatAGatewayWhichEndedInOrderHasEnded) {
   gateway.emplace(chain.gateway());
   gateway->await_error("link up");
   expect_nothing_anywhere();
+  begin_fault();
   gateway->terminate();
   EXPECT_EQ(gateway->wait(), 0) << gateway->error_output();
-  await("the page to have it",
-        [&] { return on_the_page() == std::set<std::string>{"act gateway gone cnc"}; });
-  const boost::json::value concerns =
-      boost::json::parse(HttpClient(port).get("/api/concerns").body);
-  EXPECT_EQ(concerns.at(0).at("why_code"), "gateway_ended");
+  expect_on_the_page("act gateway gone cnc");
+  EXPECT_EQ(page().at(0).at("why_code"), "gateway_ended");
 }
 
 TEST_F(OneJudgement, IsSaidOfAnNcProgramThatWasAborted) {
-  const auto program = chain.folder() / "bad.nc";
-  std::ofstream(program) << "%bad\n#FLUSH WAIT\nP1 = 1 / 0\nM30\n";
-  cnc.emplace(chain.cnc({"--run", "1=" + program.string()}));
-  gateway.emplace(chain.configured_gateway(
-      "machine { name: \"cnc\" host: \"127.0.0.1\" port: @PORT@ net_id: \"127.0.0.1.1.1\" "
-      "programs { period_ms: 20 error: \"mc_error_id_r\" } }\n"));
+  cnc.emplace(chain.cnc({"--run", "1=" + aborted_program()}));
+  gateway.emplace(chain.configured_gateway(with_programs));
   expect_everywhere("act program aborted cnc/1", "what_program_aborted", 7);
 }
 
@@ -219,7 +333,7 @@ TEST_F(OneJudgement, IsSaidOfACallThatWaitsForTheOnlyInstanceAndFailsNothing) {
     const std::set<std::string> all = on_the_page();
     return all.size() == 1 && all.begin()->starts_with("look waiting cnc/");
   });
-  expect_everywhere(*on_the_page().begin(), "what_waiting", 0);
+  expect_everywhere(*on_the_page().begin(), "what_waiting", 0, of_free_instance);
 }
 
 TEST_F(OneJudgement, IsSaidOfAProcessThatReportsAProblemAndOfItsEnd) {
@@ -231,10 +345,11 @@ TEST_F(OneJudgement, IsSaidOfAProcessThatReportsAProblemAndOfItsEnd) {
   boost::asio::io_context io;
   fabric::endpoints::AlarmEndpoint faults(there, io.get_executor(),
                                           {.program = "archiver", .host = "vm", .pid = 7});
+  begin_fault();
   ASSERT_TRUE(faults.raise({.key = {.kind = "archive"},
                             .level = fabric::AlarmLevel::problem,
                             .text = "the disk is full",
-                            .since = std::chrono::system_clock::now()}));
+                            .since = *fault}));
   std::jthread repeats([&](const std::stop_token& stop) {
     while (!stop.stop_requested()) {
       io.run_for(std::chrono::milliseconds(100));
@@ -255,9 +370,10 @@ TEST_F(OneJudgement, IsSaidOfOneOfTwoInstancesThatIsLostAndFailsNothing) {
   service.emplace(chain.square_root());
   Process other = chain.square_root();
   expect_nothing_anywhere();
+  begin_fault();
   other.kill();
-  const std::string lost = "look redundancy 560aacbf-6335-44a9-895a-8b27f3ed5e47";
-  await("the page to have it", [&] { return on_the_page() == std::set<std::string>{lost}; });
+  const std::string lost = "look redundancy " + square_root;
+  expect_on_the_page(lost, of_lost_service);
   await("the metrics to have it", [&] { return in_the_metrics() == std::set<std::string>{lost}; });
   in_a_terminal();
   EXPECT_EQ(exit_code, 0);
@@ -271,13 +387,10 @@ TEST_F(OneJudgement, IsSaidOfTheOnlyInstanceThatStandsStillAndOfItsReturn) {
   gateway->await_error("link up");
   service.emplace(chain.square_root());
   expect_nothing_anywhere();
+  begin_fault();
   ::kill(service->pid(), SIGSTOP);
-  const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
-  await("the page to have it",
-        [&] { return on_the_page() == std::set<std::string>{"act unserved " + uuid}; });
-  const boost::json::value concerns =
-      boost::json::parse(HttpClient(port).get("/api/concerns").body);
-  EXPECT_EQ(concerns.at(0).at("why_code"), "last_instance_silent");
+  expect_on_the_page("act unserved " + square_root, of_lost_service);
+  EXPECT_EQ(page().at(0).at("why_code"), "last_instance_silent");
   ::kill(service->pid(), SIGCONT);
   expect_nothing_anywhere();
   await("the event of its return", [&] {
@@ -292,7 +405,7 @@ TEST_F(OneJudgement, IsSaidOfACallThatIsLaterThanItsDeadlineAndFailsNothing) {
   gateway.emplace(chain.configured_gateway(
       "machine { name: \"cnc\" host: \"127.0.0.1\" port: @PORT@ net_id: \"127.0.0.1.1.1\" "
       "policy { deadline { after_ms: 500 } } }\n"));
-  expect_everywhere("look overdue cnc/1", "what_overdue", 0);
+  expect_everywhere("look overdue cnc/1", "what_overdue", 0, milliseconds(500));
 }
 
 TEST_F(OneJudgement, IsSaidOfAJournalThatCannotBeWrittenAndOfItsReturn) {
@@ -303,6 +416,7 @@ TEST_F(OneJudgement, IsSaidOfAJournalThatCannotBeWrittenAndOfItsReturn) {
   expect_nothing_anywhere();
   rlimit before{};
   const rlimit none{.rlim_cur = 0, .rlim_max = RLIM_INFINITY};
+  begin_fault();
   ASSERT_EQ(::prlimit(gateway->pid(), RLIMIT_FSIZE, &none, &before), 0);
   expect_everywhere("act journal cnc", "what_journal", 6);
   ASSERT_EQ(::prlimit(gateway->pid(), RLIMIT_FSIZE, &before, nullptr), 0);
@@ -323,37 +437,117 @@ TEST_F(OneJudgement, SaysToAToolOfAnotherFabricWhichFabricsThereAre) {
   });
 }
 
-TEST_F(OneJudgement, IsSaidInAMailInTheSameWords) {
-  const auto inbox = chain.folder() / "inbox";
-  std::filesystem::create_directory(inbox);
-  Process server({"/usr/bin/python3", MILLRACE_SMTP_SERVER, inbox.string(), "--port", "0"});
-  const std::string smtp_port = server.await("^ready: (\\d+)").at(1);
-  std::ofstream(chain.folder() / "mail.textproto")
-      << "server { host: 'localhost' port: " << smtp_port << " starttls: OFF }\n"
-      << "from: 'press@example.com'\n"
-         "recipient { name: 'shift' address: 'eva@example.com' }\n"
-         "rule { name: 'act' concern: ACT after_s: 0 to: 'shift' text: "
-         "'{what}|{since}|{reason}|{who}|{todo}|' }\n";
-  cnc.emplace(chain.cnc());
-  gateway.emplace(chain.gateway());
-  gateway->await_error("link up");
-  expect_nothing_anywhere();
-  service.emplace(std::vector<std::string>{binary("millrace-mail"), "--config",
-                                           (chain.folder() / "mail.textproto").string(), "--domain",
-                                           std::to_string(chain.domain())});
-  service->await("^ready: ");
+/// Mails of a rule for all concerns that need a person.
+class OneJudgementInMails : public OneJudgement {
+ protected:
+  void SetUp() override {
+    OneJudgement::SetUp();
+    std::filesystem::create_directory(inbox);
+    server.emplace(std::vector<std::string>{"/usr/bin/python3", MILLRACE_SMTP_SERVER,
+                                            inbox.string(), "--port", "0"});
+    const auto config = chain.folder() / "mail.textproto";
+    std::ofstream(config) << "server { host: 'localhost' port: "
+                          << server->await("^ready: (\\d+)").at(1)
+                          << " starttls: OFF }\n"
+                             "from: 'press@example.com'\n"
+                             "recipient { name: 'shift' address: 'eva@example.com' }\n"
+                             "rule { name: 'act' concern: ACT after_s: 0 quiet_s: 0 to: 'shift' "
+                             "text: '{level} {kind} {subject}|{what}|{reason}|{who}|' }\n";
+    mail.emplace(std::vector<std::string>{binary("millrace-mail"), "--config", config.string(),
+                                          "--domain", std::to_string(chain.domain())});
+    mail->await("^ready: ");
+  }
+
+  /// Waits until the page has this concern, and a mail has it in the same words.
+  void expect_mail(const std::string& concern) {
+    boost::json::value of;
+    await("the page to say " + concern, [&] {
+      for (const boost::json::value& each : page().as_array()) {
+        if (concerns_in(boost::json::array{each}).contains(concern)) {
+          of = each;
+        }
+      }
+      return of.is_object();
+    });
+    std::string text = concern + (concern.ends_with(' ') ? "plant" : "");
+    for (const char* field : {"what", "why", "who"}) {
+      const boost::json::value* const words = of.as_object().if_contains(field);
+      text += "|" + (words == nullptr ? std::string() : std::string(words->as_string()));
+    }
+    await("a mail with " + text, [&] { return mails().find(text + "|") != std::string::npos; });
+    kinds.emplace(of.at("kind").as_string());
+  }
+  /// Of all mails.
+  [[nodiscard]] std::string mails() const {
+    std::string all;
+    for (int number = 1;; ++number) {
+      std::ifstream file(inbox / (std::to_string(number) + ".mail"));
+      if (!file) {
+        // Without the soft line breaks of quoted-printable (RFC 2045, 6.7).
+        return std::regex_replace(all, std::regex("=\r\n"), "");
+      }
+      all.append(std::istreambuf_iterator<char>(file), {});
+    }
+  }
+
+  const std::filesystem::path inbox = chain.folder() / "inbox";
+  std::optional<Process> server;
+  std::optional<Process> mail;
+  /// Those of which a mail was sent.
+  std::set<std::string> kinds;
+};
+
+/// It needs no person, or none in the time that a test may take.
+bool is_not_mailed(fabric::plant::Kind kind) {
+  using enum fabric::plant::Kind;
+  // `missing` is of `status` alone; `waiting` needs a person after a minute.
+  return kind == missing || kind == overdue || kind == waiting || kind == redundancy ||
+         kind == process_gone || kind == program_on_hold || kind == unknown;
+}
+
+TEST_F(OneJudgementInMails, IsSaidOfEachKindThatNeedsAPersonInTheSameWords) {
+  expect_mail("act no gateway ");
+  Process slow = chain.slow_service({"--work", "100000", "--delivery", "at-most-once"});
+  service.emplace(chain.square_root());
+  cnc.emplace(chain.cnc({"--channels", "4", "--run", "1=" + aborted_program(), "--run",
+                         "2=" + calls_of("a5b5c5d5-0000-4000-8000-000000000001", "unserved"),
+                         "--run", Chain::program(3, "one_slow_call.nc"), "--run",
+                         "4=" + calls_of(square_root, "no number")}));
+  gateway.emplace(chain.configured_gateway(with_programs,
+                                           {"--journal", (chain.folder() / "journal").string()}));
+  await("the call to run", [&] {
+    return HttpClient(port).get("/api/channels").body.find("c0ffee00") != std::string::npos;
+  });
+  slow.kill();
+  const fabric::dds::Participant there({.domain = chain.domain()});
+  boost::asio::io_context io;
+  fabric::endpoints::AlarmEndpoint faults(there, io.get_executor(),
+                                          {.program = "archiver", .host = "vm", .pid = 7});
+  ASSERT_TRUE(faults.raise({.key = {.kind = "archive"},
+                            .level = fabric::AlarmLevel::problem,
+                            .text = "the disk is full",
+                            .since = std::chrono::system_clock::now()}));
+  expect_mail("act alarm archiver on vm, pid 7");
+  expect_mail("act program aborted cnc/1");
+  expect_mail("act unserved cnc/2");
+  expect_mail("act held cnc/3");
+  expect_mail("act errors " + square_root);
+
+  rlimit before{};
+  const rlimit none{.rlim_cur = 0, .rlim_max = RLIM_INFINITY};
+  ASSERT_EQ(::prlimit(gateway->pid(), RLIMIT_FSIZE, &none, &before), 0);
+  expect_mail("act journal cnc");
+  ASSERT_EQ(::prlimit(gateway->pid(), RLIMIT_FSIZE, &before, nullptr), 0);
   cnc->kill();
-  await("the mail", [&] { return std::filesystem::exists(inbox / "1.mail"); });
-  const boost::json::value concern = page().at(0);
-  const auto in_mail = [&](const char* field) {
-    return std::string(concern.at(field).as_string());
-  };
-  std::ifstream file(inbox / "1.mail");
-  // Without the soft line breaks of quoted-printable (RFC 2045, 6.7).
-  const std::string mail = std::regex_replace(std::string(std::istreambuf_iterator<char>(file), {}),
-                                              std::regex("=\r\n"), "");
-  EXPECT_THAT(mail, testing::HasSubstr(in_mail("what") + "|"));
-  EXPECT_THAT(mail, testing::HasSubstr("|" + in_mail("why") + "|" + in_mail("who") + "|"));
+  expect_mail("act link down cnc");
+  gateway->kill();
+  expect_mail("act gateway gone cnc");
+
+  using fabric::plant::Kind;
+  for (auto kind = Kind::missing; kind <= Kind::unknown;
+       kind = static_cast<Kind>(static_cast<int>(kind) + 1)) {
+    EXPECT_NE(is_not_mailed(kind), kinds.contains(std::string(name_of(kind)))) << name_of(kind);
+  }
 }
 
 /// The test above that makes a fault of this kind with real processes.
@@ -421,12 +615,14 @@ TEST_F(OneJudgement, IsSaidOfARecorderThatIsGoneWithoutAWord) {
   await("the recorder to be known", [&] {
     return HttpClient(port).get("/api/alarms").body.find("\"recording\"") != std::string::npos;
   });
+  begin_fault();
   recorder.kill();
   const auto has_it = [&](const std::set<std::string>& concerns) {
     return concerns.size() == 1 &&
            concerns.begin()->starts_with("look process gone millrace record");
   };
   await("the page to have it", [&] { return has_it(on_the_page()); });
+  expect_on_the_page(*on_the_page().begin(), of_alarms + of_lost_service);
   await("the metrics to have it", [&] { return has_it(in_the_metrics()); });
   in_a_terminal();
   EXPECT_EQ(exit_code, 0);
@@ -438,22 +634,10 @@ TEST_F(OneJudgement, IsSaidOfARecorderThatIsGoneWithoutAWord) {
 }
 
 TEST_F(OneJudgement, IsSaidOfAServiceWhoseResponsesAreErrors) {
-  const auto program = chain.folder() / "errors.nc";
-  std::ofstream(program) << "%errors\n"
-                            "P1 = 1\n"
-                            "$WHILE TRUE\n"
-                            "V.G.SERVICE.UUID = \"560aacbf-6335-44a9-895a-8b27f3ed5e47\"\n"
-                            "V.G.SERVICE.REQUEST = \"no number\"\n"
-                            "V.G.SERVICE.REQUEST_STATE = P1\n"
-                            "#FLUSH CONTINUE\n"
-                            "#WAIT FOR V.G.SERVICE.RESPONSE_STATE != 0\n"
-                            "P1 = P1 + 1\n"
-                            "$ENDWHILE\n"
-                            "M30\n";
   service.emplace(chain.square_root());
-  cnc.emplace(chain.cnc({"--run", "1=" + program.string()}));
+  cnc.emplace(chain.cnc({"--run", "1=" + calls_of(square_root, "no number")}));
   gateway.emplace(chain.gateway());
-  expect_everywhere("act errors 560aacbf-6335-44a9-895a-8b27f3ed5e47", "what_errors", 6);
+  expect_everywhere("act errors " + square_root, "what_errors", 6);
 }
 
 }  // namespace
