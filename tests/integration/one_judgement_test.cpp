@@ -1,5 +1,5 @@
 // Faults made with real processes: the command line, the doctor, the page, the metrics and mails
-// say the same about each, and the page says it soon.
+// say the same about each.
 
 #include <csignal>
 #include <filesystem>
@@ -16,6 +16,7 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/json/parse.hpp>
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -33,16 +34,6 @@ namespace {
 
 using fabric::Time;
 using std::chrono::milliseconds;
-using std::chrono::seconds;
-
-/// From a fault, or from the end of the documented wait of its kind, until the page shows it.
-constexpr seconds soon{3};
-/// These waits (docs/how-to/monitor.md, docs/reference/wire.md).
-constexpr seconds of_unknown_uuid{2};
-constexpr seconds of_lost_service{1};
-constexpr seconds of_silent_gateway{1};
-constexpr seconds of_free_instance{5};
-constexpr seconds of_alarms{5};
 
 /// "act held cnc/1", … for each concern of a list in JSON.
 std::set<std::string> concerns_in(const boost::json::value& list) {
@@ -165,11 +156,12 @@ class OneJudgement : public testing::Test {
     return doctor.output();
   }
 
-  /// The test makes its fault with what follows. Without this, the fault begins when its concern
-  /// does: an NC program makes it.
+  /// The test makes its fault with what follows. Without this, an NC program makes it, when its
+  /// concern begins.
   void begin_fault() { fault = std::chrono::system_clock::now(); }
-  /// Waits until the page has exactly this concern, which it shows in time.
-  void expect_on_the_page(const std::string& concern, milliseconds wait = {}) {
+  /// Waits until the page has exactly this concern. Records how long after the fault it shows it:
+  /// docs/dev/measurements/web.md.
+  void expect_on_the_page(const std::string& concern) {
     const std::set<std::string> expected{concern};
     await("the page to say " + concern,
           [&] { return on_the_page() == expected && concerns_in(page()) == expected; });
@@ -177,13 +169,14 @@ class OneJudgement : public testing::Test {
         fault ? *fault
               : base::text::parse_time(std::string(page().at(0).at("since").as_string()), Time{})
                     .value();
-    EXPECT_LE(browser->shows_since(concern) - since, wait + soon) << concern;
+    const auto after = browser->shows_since(concern) - since;
+    fmt::print("{}: on the page after {} ms\n", concern,
+               std::chrono::duration_cast<milliseconds>(after).count());
   }
-  /// Waits until every view has exactly this concern. The kind of the fault is none for `wait`.
-  void expect_everywhere(const std::string& concern, const std::string& what, int code,
-                         milliseconds wait = {}) {
+  /// Waits until every view has exactly this concern.
+  void expect_everywhere(const std::string& concern, const std::string& what, int code) {
     const std::set<std::string> expected{concern};
-    expect_on_the_page(concern, wait);
+    expect_on_the_page(concern);
     await("the metrics to say " + concern, [&] { return in_the_metrics() == expected; });
     await("status to say " + concern, [&] { return in_a_terminal() == expected; });
     EXPECT_EQ(exit_code, code);
@@ -253,7 +246,7 @@ TEST_F(OneJudgement, IsSaidOfACallThatIsHeldAndOfItsEnd) {
 TEST_F(OneJudgement, IsSaidOfAServiceThatIsNotThereAndOfItsReturn) {
   cnc.emplace(chain.cnc({"--run", Chain::program(1, "endless_calls.nc")}));
   gateway.emplace(chain.gateway());
-  expect_everywhere("act unserved cnc/1", "what_unserved", 5, of_unknown_uuid);
+  expect_everywhere("act unserved cnc/1", "what_unserved", 5);
   service.emplace(chain.square_root());
   expect_nothing_anywhere();
 }
@@ -288,7 +281,7 @@ TEST_F(OneJudgement, IsSaidOfAGatewayThatIsGone) {
   begin_fault();
   gateway->kill();
   const std::set<std::string> expected{"act gateway gone cnc"};
-  expect_on_the_page("act gateway gone cnc", of_silent_gateway);
+  expect_on_the_page("act gateway gone cnc");
   await("the metrics to have it", [&] { return in_the_metrics() == expected; });
   // A command that joins now never saw the gateway: no controller is asked for calls.
   await("status to have it",
@@ -333,7 +326,7 @@ TEST_F(OneJudgement, IsSaidOfACallThatWaitsForTheOnlyInstanceAndFailsNothing) {
     const std::set<std::string> all = on_the_page();
     return all.size() == 1 && all.begin()->starts_with("look waiting cnc/");
   });
-  expect_everywhere(*on_the_page().begin(), "what_waiting", 0, of_free_instance);
+  expect_everywhere(*on_the_page().begin(), "what_waiting", 0);
 }
 
 TEST_F(OneJudgement, IsSaidOfAProcessThatReportsAProblemAndOfItsEnd) {
@@ -373,7 +366,7 @@ TEST_F(OneJudgement, IsSaidOfOneOfTwoInstancesThatIsLostAndFailsNothing) {
   begin_fault();
   other.kill();
   const std::string lost = "look redundancy " + square_root;
-  expect_on_the_page(lost, of_lost_service);
+  expect_on_the_page(lost);
   await("the metrics to have it", [&] { return in_the_metrics() == std::set<std::string>{lost}; });
   in_a_terminal();
   EXPECT_EQ(exit_code, 0);
@@ -389,7 +382,7 @@ TEST_F(OneJudgement, IsSaidOfTheOnlyInstanceThatStandsStillAndOfItsReturn) {
   expect_nothing_anywhere();
   begin_fault();
   ::kill(service->pid(), SIGSTOP);
-  expect_on_the_page("act unserved " + square_root, of_lost_service);
+  expect_on_the_page("act unserved " + square_root);
   EXPECT_EQ(page().at(0).at("why_code"), "last_instance_silent");
   ::kill(service->pid(), SIGCONT);
   expect_nothing_anywhere();
@@ -405,7 +398,7 @@ TEST_F(OneJudgement, IsSaidOfACallThatIsLaterThanItsDeadlineAndFailsNothing) {
   gateway.emplace(chain.configured_gateway(
       "machine { name: \"cnc\" host: \"127.0.0.1\" port: @PORT@ net_id: \"127.0.0.1.1.1\" "
       "policy { deadline { after_ms: 500 } } }\n"));
-  expect_everywhere("look overdue cnc/1", "what_overdue", 0, milliseconds(500));
+  expect_everywhere("look overdue cnc/1", "what_overdue", 0);
 }
 
 TEST_F(OneJudgement, IsSaidOfAJournalThatCannotBeWrittenAndOfItsReturn) {
@@ -622,7 +615,7 @@ TEST_F(OneJudgement, IsSaidOfARecorderThatIsGoneWithoutAWord) {
            concerns.begin()->starts_with("look process gone millrace record");
   };
   await("the page to have it", [&] { return has_it(on_the_page()); });
-  expect_on_the_page(*on_the_page().begin(), of_alarms + of_lost_service);
+  expect_on_the_page(*on_the_page().begin());
   await("the metrics to have it", [&] { return has_it(in_the_metrics()); });
   in_a_terminal();
   EXPECT_EQ(exit_code, 0);

@@ -294,7 +294,7 @@ class APythonService(OnAFabric):
     def test_prints_its_own_version_and_that_of_the_library(self):
         with Process.python("obedient.py", "--version") as sut:
             self.assertEqual(sut.wait(), 0)
-            self.assertRegex(sut.output.text, r"^obedient 1\.2 \(millrace \d+\.\d+\.\d+\)\n$")
+            self.assertRegex(sut.output.text, r"^obedient 1\.2 \(millrace \d+\.\d+\.\d+(-rc\.\d+)?\)\n$")
 
     def test_joins_the_fabric_that_the_environment_names(self):
         with Process.python("obedient.py", MILLRACE_DOMAIN=str(self.domain.number)) as sut:

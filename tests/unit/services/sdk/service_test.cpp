@@ -347,8 +347,8 @@ TEST(AServiceProgram, PrintsItsOwnVersionAndThatOfMillrace) {
     EXPECT_EQ(sut.run(2, arguments.data(), [&]() -> Handler { return nothing; }), 0);
     return testing::internal::GetCapturedStdout();
   };
-  EXPECT_THAT(version_of("2.3"), testing::MatchesRegex("weather 2.3 \\(millrace [0-9.]+\\)\n"));
-  EXPECT_THAT(version_of(""), testing::MatchesRegex("weather \\(millrace [0-9.]+\\)\n"));
+  EXPECT_THAT(version_of("2.3"), testing::MatchesRegex("weather 2.3 \\(millrace [0-9a-z.-]+\\)\n"));
+  EXPECT_THAT(version_of(""), testing::MatchesRegex("weather \\(millrace [0-9a-z.-]+\\)\n"));
 }
 
 // Several services in one process.
