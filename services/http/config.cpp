@@ -1,6 +1,5 @@
 #include "services/http/config.hpp"
 
-#include <array>
 #include <set>
 
 #include <fmt/format.h>
@@ -36,13 +35,13 @@ Endpoint endpoint_from(const config::Http::Service& from, const fs::path& folder
   endpoint.time_limit = std::chrono::milliseconds(from.time_limit_ms());
   endpoint.proxy = from.proxy();
   const auto file = [&](const std::string& named, const char* field) {
-    return place(named, folder, path / field, mistakes);
+    return SecretFile{.path = place(named, folder, path / field, mistakes)};
   };
-  endpoint.files = {.ca = file(from.ca_file(), "ca_file"),
-                    .certificate = file(from.certificate_file(), "certificate_file"),
-                    .key = file(from.key_file(), "key_file"),
-                    .bearer_token = file(from.bearer_token_file(), "bearer_token_file"),
-                    .signing_secret = file(from.signing_secret_file(), "signing_secret_file")};
+  endpoint.ca = file(from.ca_file(), "ca_file");
+  endpoint.certificate = file(from.certificate_file(), "certificate_file");
+  endpoint.key = file(from.key_file(), "key_file");
+  endpoint.bearer_token = file(from.bearer_token_file(), "bearer_token_file");
+  endpoint.signing_secret = file(from.signing_secret_file(), "signing_secret_file");
   mistakes.expect(from.certificate_file().empty() == from.key_file().empty(),
                   path / "certificate_file", "needs key_file, and key_file needs it");
   if (!from.proxy().empty()) {
@@ -94,74 +93,64 @@ std::vector<Endpoint> endpoints_from(const config::Http& from, const fs::path& f
   return endpoints;
 }
 
-tl::expected<std::string, std::string> contents(const fs::path& file, Secrecy secrecy) {
-  if (file.empty()) {
-    return {};
-  }
+using Contents = tl::expected<std::string, std::string>;
+using Wrong = tl::unexpected<std::string>;
+
+Contents contents(const fs::path& file, Secrecy secrecy) {
   return base::posix::read_guarded(file, secrecy)
-      .map_error([&](const base::posix::FileFault& fault) {
-        return fmt::format("{}: {}{}{}", file.string(), fault.what,
-                           fault.advice.empty() ? "" : ": ", fault.advice);
+      .map_error([](const base::posix::FileFault& fault) {
+        return fault.what + (fault.advice.empty() ? "" : ": ") + fault.advice;
       });
 }
 
-/// An error if the file has no first line that can be a header.
-tl::expected<std::string, std::string> first_line(const fs::path& file) {
-  return contents(file, Secrecy::secret)
-      .and_then([&](const std::string& text) -> tl::expected<std::string, std::string> {
-        std::string line = text.substr(0, text.find_first_of("\r\n"));
-        const bool good =
-            !line.empty() && std::ranges::all_of(line, [](char c) { return c > ' ' && c <= '~'; });
-        if (!file.empty() && !good) {
-          return tl::unexpected(file.string() +
-                                ": its first line is empty or has blanks or unprintable bytes");
-        }
-        return line;
-      });
+Contents open_file(const fs::path& file) {
+  return contents(file, Secrecy::open);
 }
 
-tl::expected<std::string, std::string> signing_secret(const fs::path& file) {
-  constexpr std::string_view prefix = "whsec_";
-  constexpr std::size_t least = 24;
-  constexpr std::size_t most = 64;
-  return first_line(file).and_then(
-      [&](const std::string& line) -> tl::expected<std::string, std::string> {
-        if (file.empty()) {
-          return {};
-        }
-        const std::string text = line.starts_with(prefix) ? line.substr(prefix.size()) : "";
-        std::array<unsigned char, 3 * most> bytes{};
-        const int size =
-            text.empty() || text.size() > 2 * most
-                ? -1
-                : EVP_DecodeBlock(bytes.data(), reinterpret_cast<const unsigned char*>(text.data()),
-                                  static_cast<int>(text.size()));
-        const auto padding = static_cast<int>(std::ranges::count(text, '='));
-        if (size - padding < static_cast<int>(least) || size - padding > static_cast<int>(most)) {
-          return tl::unexpected(file.string() +
-                                ": expected whsec_ and Base64 of 24 to 64 bytes, as printed by: "
-                                "echo whsec_$(openssl rand -base64 32)");
-        }
-        return std::string(bytes.begin(), bytes.begin() + (size - padding));
-      });
+Contents secret_file(const fs::path& file) {
+  return contents(file, Secrecy::secret);
 }
 
-tl::expected<Secrets, std::string> secrets_from(const SecretFiles& files) {
-  Secrets secrets;
-  const auto take = [](std::string& into) {
-    return [&into](std::string text) { into = std::move(text); };
-  };
-  return contents(files.ca, Secrecy::open)
-      .map(take(secrets.ca))
-      .and_then([&] { return contents(files.certificate, Secrecy::open); })
-      .map(take(secrets.certificate))
-      .and_then([&] { return contents(files.key, Secrecy::secret); })
-      .map(take(secrets.key))
-      .and_then([&] { return first_line(files.bearer_token); })
-      .map(take(secrets.bearer_token))
-      .and_then([&] { return signing_secret(files.signing_secret); })
-      .map(take(secrets.signing_secret))
-      .map([&] { return std::move(secrets); });
+/// An error if it cannot be a header.
+Contents first_line(const fs::path& file) {
+  return secret_file(file).and_then([](const std::string& text) -> Contents {
+    std::string line = text.substr(0, text.find_first_of("\r\n"));
+    if (line.empty() || !std::ranges::all_of(line, [](char c) { return c > ' ' && c <= '~'; })) {
+      return Wrong("its first line is empty or has blanks or unprintable bytes");
+    }
+    return line;
+  });
+}
+
+Contents signing_secret(const fs::path& file) {
+  return first_line(file).and_then([](const std::string& line) -> Contents {
+    constexpr std::string_view prefix = "whsec_";
+    constexpr std::size_t least = 24;
+    constexpr std::size_t most = 64;
+    const std::string text = line.starts_with(prefix) ? line.substr(prefix.size()) : "";
+    std::string bytes(text.size(), '\0');
+    // Without its padding, which OpenSSL counts.
+    const int size = EVP_DecodeBlock(reinterpret_cast<unsigned char*>(bytes.data()),
+                                     reinterpret_cast<const unsigned char*>(text.data()),
+                                     static_cast<int>(text.size())) -
+                     static_cast<int>(std::ranges::count(text, '='));
+    if (size < static_cast<int>(least) || size > static_cast<int>(most)) {
+      return Wrong(
+          "expected whsec_ and Base64 of 24 to 64 bytes, as printed by: "
+          "echo whsec_$(openssl rand -base64 32)");
+    }
+    bytes.resize(static_cast<std::size_t>(size));
+    return bytes;
+  });
+}
+
+/// Each of its files, and what reads it.
+std::vector<std::pair<SecretFile*, Contents (*)(const fs::path&)>> files_of(Endpoint& endpoint) {
+  return {{&endpoint.ca, &open_file},
+          {&endpoint.certificate, &open_file},
+          {&endpoint.key, &secret_file},
+          {&endpoint.bearer_token, &first_line},
+          {&endpoint.signing_secret, &signing_secret}};
 }
 
 }  // namespace
@@ -175,21 +164,23 @@ tl::expected<std::vector<Endpoint>, std::string> load(const fs::path& file) {
 
 tl::expected<std::vector<Endpoint>, std::string> with_secrets(std::vector<Endpoint> endpoints) {
   for (Endpoint& endpoint : endpoints) {
-    auto secrets = secrets_from(endpoint.files);
-    if (!secrets) {
-      return tl::unexpected(std::move(secrets).error());
+    for (const auto& [file, read] : files_of(endpoint)) {
+      auto contents = file->path.empty() ? Contents() : read(file->path);
+      if (!contents) {
+        return tl::unexpected(file->path.string() + ": " + contents.error());
+      }
+      file->contents = *std::move(contents);
     }
-    endpoint.secrets = *std::move(secrets);
   }
   return endpoints;
 }
 
-std::vector<fs::path> files_of(const fs::path& config, const std::vector<Endpoint>& endpoints) {
+std::vector<fs::path> files_of(const fs::path& config, std::vector<Endpoint> endpoints) {
   std::set<fs::path> files{config};
-  for (const Endpoint& endpoint : endpoints) {
-    const SecretFiles& secrets = endpoint.files;
-    files.insert({secrets.ca, secrets.certificate, secrets.key, secrets.bearer_token,
-                  secrets.signing_secret});
+  for (Endpoint& endpoint : endpoints) {
+    for (const auto& [file, read] : files_of(endpoint)) {
+      files.insert(file->path);
+    }
   }
   files.erase(fs::path());
   return {files.begin(), files.end()};

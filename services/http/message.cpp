@@ -46,14 +46,10 @@ std::string signature(const std::string& secret, const std::string& content) {
   return {text.begin(), text.begin() + length};
 }
 
-/// Without parameters, in lower case.
+/// Without parameters, in small letters.
 std::string media_type(const std::string& content_type) {
-  std::string type = content_type.substr(0, content_type.find(';'));
-  type.erase(type.find_last_not_of(" \t") + 1);
-  std::ranges::transform(type, type.begin(), [](char c) {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
-  });
-  return type;
+  return base::text::small_letters(std::string(
+      base::text::trim(std::string_view(content_type).substr(0, content_type.find(';')))));
 }
 
 bool is_json(const std::string& type) {
@@ -234,9 +230,9 @@ Verdict responded(const Endpoint& endpoint, const Exchange& exchange) {
 }  // namespace
 
 std::vector<std::string> credentials(const Endpoint& endpoint) {
-  return endpoint.secrets.bearer_token.empty()
+  return endpoint.bearer_token.contents.empty()
              ? std::vector<std::string>{}
-             : std::vector{"Authorization: Bearer " + endpoint.secrets.bearer_token};
+             : std::vector{"Authorization: Bearer " + endpoint.bearer_token.contents};
 }
 
 Post post_for(const Endpoint& endpoint, const fabric::Request& call, std::chrono::milliseconds left,
@@ -257,14 +253,14 @@ Post post_for(const Endpoint& endpoint, const fabric::Request& call, std::chrono
     post.headers.emplace_back(header);
   }
   post.headers.push_back("Idempotency-Key: " + id);
-  if (!endpoint.secrets.signing_secret.empty()) {
+  if (!endpoint.signing_secret.contents.empty()) {
     const auto time =
         std::chrono::duration_cast<std::chrono::seconds>(now.time_since_epoch()).count();
     post.headers.push_back("webhook-id: " + id);
     post.headers.push_back(fmt::format("webhook-timestamp: {}", time));
     post.headers.push_back(
         "webhook-signature: v1," +
-        signature(endpoint.secrets.signing_secret, fmt::format("{}.{}.{}", id, time, post.body)));
+        signature(endpoint.signing_secret.contents, fmt::format("{}.{}.{}", id, time, post.body)));
   }
   return post;
 }

@@ -121,12 +121,12 @@ void set_trust(const Easy& handle, const Endpoint& endpoint) {
   set(handle, CURLOPT_SSLVERSION, long{CURL_SSLVERSION_TLSv1_2});
   set(handle, CURLOPT_SSL_VERIFYPEER, 1L);
   set(handle, CURLOPT_SSL_VERIFYHOST, 2L);
-  set_pem(handle, CURLOPT_CAINFO_BLOB, endpoint.secrets.ca);
-  if (!endpoint.secrets.ca.empty()) {
+  set_pem(handle, CURLOPT_CAINFO_BLOB, endpoint.ca.contents);
+  if (!endpoint.ca.contents.empty()) {
     set(handle, CURLOPT_CAPATH, static_cast<const char*>(nullptr));
   }
-  set_pem(handle, CURLOPT_SSLCERT_BLOB, endpoint.secrets.certificate);
-  set_pem(handle, CURLOPT_SSLKEY_BLOB, endpoint.secrets.key);
+  set_pem(handle, CURLOPT_SSLCERT_BLOB, endpoint.certificate.contents);
+  set_pem(handle, CURLOPT_SSLKEY_BLOB, endpoint.key.contents);
   // Without these libcurl uses proxies and exceptions of the environment, and a .netrc.
   set(handle, CURLOPT_PROXY, endpoint.proxy.c_str());
   set(handle, CURLOPT_NOPROXY, "");

@@ -61,8 +61,8 @@ TEST_F(HttpConfig, ReadsItsSecrets) {
   const auto sut = with_secrets(
       loaded("url: 'https://b' bearer_token_file: 'token' signing_secret_file: 'secret'").value());
   ASSERT_TRUE(sut) << sut.error();
-  EXPECT_EQ(sut->front().secrets.bearer_token, "abc");
-  EXPECT_EQ(sut->front().secrets.signing_secret.size(), 24U);
+  EXPECT_EQ(sut->front().bearer_token.contents, "abc");
+  EXPECT_EQ(sut->front().signing_secret.contents.size(), 24U);
   EXPECT_EQ(files_of("c", *sut).size(), 3U);
 }
 

@@ -62,7 +62,7 @@ TEST(HttpPost, HasTheSameKeyForEachAttempt) {
 
 TEST(HttpPost, HasATokenOnlyIfThereIsOne) {
   Endpoint with = endpoint();
-  with.secrets.bearer_token = "secret";
+  with.bearer_token.contents = "secret";
   EXPECT_THAT(post_for(with, request("x"), 1s, {}).headers,
               Contains("Authorization: Bearer secret"));
   EXPECT_THAT(post_for(endpoint(), request("x"), 1s, {}).headers,
@@ -73,7 +73,7 @@ TEST(HttpPost, HasATokenOnlyIfThereIsOne) {
 /// HMAC -macopt hexkey:… -binary | base64
 TEST(HttpPost, IsSignedAsAWebhook) {
   Endpoint with = endpoint();
-  with.secrets.signing_secret = std::string(32, 'k');
+  with.signing_secret.contents = std::string(32, 'k');
   const Post sut = post_for(with, request("x"), 1s, fabric::Time(1614265330s));
   ASSERT_EQ(sut.body, R"({"uuid":"1b671a64","text":"x","state":4,"machine":"cnc","channel":2,)"
                       R"("call":"5f3a-17","attempt":3,"deadline_ms":1000,"replayed":false})");
