@@ -3,17 +3,19 @@
 #include <algorithm>
 #include <array>
 #include <map>
-#include <new>
 #include <stdexcept>
 
-#include <curl/curl.h>
 #include <fmt/format.h>
 
+#include "base/curl/easy.hpp"
 #include "base/program/version.hpp"
 
 namespace millrace::services::http {
 
 namespace {
+
+using base::curl::Easy;
+using base::curl::set;
 
 /// Until the endpoint accepts the connection.
 constexpr std::chrono::milliseconds connect_limit{5000};
@@ -22,51 +24,15 @@ constexpr std::chrono::milliseconds connect_limit{5000};
 /// nothing shows whether it has read the request.
 constexpr long most_idle_s = 1;
 
-struct EasyDeleter {
-  void operator()(CURL* handle) const { curl_easy_cleanup(handle); }
-};
 struct MultiDeleter {
   void operator()(CURLM* handle) const { curl_multi_cleanup(handle); }
 };
-struct ListDeleter {
-  void operator()(curl_slist* list) const { curl_slist_free_all(list); }
-};
-using Easy = std::unique_ptr<CURL, EasyDeleter>;
-using List = std::unique_ptr<curl_slist, ListDeleter>;
-
-/// curl_easy_setopt takes any type and reports a mismatch by its result; a refusal is a programming
-/// error.
-template <typename Value>
-void set(const Easy& handle, CURLoption option, Value value) {
-  if (const CURLcode code = curl_easy_setopt(handle.get(), option, value); code != CURLE_OK) {
-    throw std::runtime_error(fmt::format("libcurl refuses option {}: {}", static_cast<int>(option),
-                                         curl_easy_strerror(code)));
-  }
-}
-
 void set_pem(const Easy& handle, CURLoption option, const std::string& pem) {
   if (!pem.empty()) {
     // libcurl's type has no const. It copies the text.
     curl_blob blob{const_cast<char*>(pem.data()), pem.size(), CURL_BLOB_COPY};
     set(handle, option, &blob);
   }
-}
-
-List list_of(const std::vector<std::string>& lines) {
-  List list;
-  for (const std::string& line : lines) {
-    curl_slist* const longer = curl_slist_append(list.get(), line.c_str());
-    if (longer == nullptr) {
-      throw std::bad_alloc();
-    }
-    static_cast<void>(list.release());
-    list.reset(longer);
-  }
-  return list;
-}
-
-long milliseconds(std::chrono::milliseconds time) {
-  return static_cast<long>(std::max<std::int64_t>(time.count(), 1));
 }
 
 std::string header_of(CURL* handle, const char* name) {
@@ -79,8 +45,8 @@ std::string header_of(CURL* handle, const char* name) {
 struct Running {
   Transfer transfer;
   Transfers::Done done;
-  Easy handle{curl_easy_init()};
-  List headers;
+  Easy handle = base::curl::make_easy();
+  base::curl::List headers;
   std::array<char, CURL_ERROR_SIZE> reason{};
   std::string body{};
   /// Of headers and body.
@@ -118,19 +84,13 @@ int on_begin(void* user, char*, char*, int, int) noexcept {
 }
 
 void set_trust(const Easy& handle, const Endpoint& endpoint) {
-  set(handle, CURLOPT_SSLVERSION, long{CURL_SSLVERSION_TLSv1_2});
-  set(handle, CURLOPT_SSL_VERIFYPEER, 1L);
-  set(handle, CURLOPT_SSL_VERIFYHOST, 2L);
   set_pem(handle, CURLOPT_CAINFO_BLOB, endpoint.ca.contents);
   if (!endpoint.ca.contents.empty()) {
     set(handle, CURLOPT_CAPATH, static_cast<const char*>(nullptr));
   }
   set_pem(handle, CURLOPT_SSLCERT_BLOB, endpoint.certificate.contents);
   set_pem(handle, CURLOPT_SSLKEY_BLOB, endpoint.key.contents);
-  // Without these libcurl uses proxies and exceptions of the environment, and a .netrc.
   set(handle, CURLOPT_PROXY, endpoint.proxy.c_str());
-  set(handle, CURLOPT_NOPROXY, "");
-  set(handle, CURLOPT_NETRC, long{CURL_NETRC_IGNORED});
   set(handle, CURLOPT_FOLLOWLOCATION, 0L);
   set(handle, CURLOPT_PROTOCOLS_STR, "http,https");
 }
@@ -141,7 +101,6 @@ void set_up(Running& running) {
   const Transfer& transfer = running.transfer;
   set_trust(handle, *transfer.endpoint);
   set(handle, CURLOPT_URL, transfer.url.c_str());
-  set(handle, CURLOPT_NOSIGNAL, 1L);
   set(handle, CURLOPT_ERRORBUFFER, running.reason.data());
   set(handle, CURLOPT_USERAGENT, fmt::format("millrace-http/{}", base::program::version()).c_str());
   set(handle, CURLOPT_HEADERFUNCTION, &on_header);
@@ -159,10 +118,10 @@ void set_up(Running& running) {
 void set_request(Running& running) {
   const Easy& handle = running.handle;
   const Transfer& transfer = running.transfer;
-  set(handle, CURLOPT_CONNECTTIMEOUT_MS, milliseconds(std::min(transfer.limit, connect_limit)));
-  set(handle, CURLOPT_TIMEOUT_MS, milliseconds(transfer.limit));
+  set(handle, CURLOPT_CONNECTTIMEOUT_MS, std::min(transfer.limit, connect_limit));
+  set(handle, CURLOPT_TIMEOUT_MS, transfer.limit);
   running.headers =
-      list_of(transfer.post ? transfer.post->headers : credentials(*transfer.endpoint));
+      base::curl::list_of(transfer.post ? transfer.post->headers : credentials(*transfer.endpoint));
   set(handle, CURLOPT_HTTPHEADER, running.headers.get());
   if (transfer.post) {
     set(handle, CURLOPT_POSTFIELDSIZE, static_cast<long>(transfer.post->body.size()));
@@ -236,9 +195,6 @@ struct Transfers::Impl {
       return again;
     }
     auto made = std::make_unique<Running>();
-    if (!made->handle) {
-      throw std::bad_alloc();
-    }
     made->transfer = std::move(transfer);
     set_up(*made);
     return made;

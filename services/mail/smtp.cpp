@@ -3,20 +3,24 @@
 #include <algorithm>
 #include <array>
 #include <exception>
-#include <memory>
+#include <iterator>
 #include <stdexcept>
 #include <string_view>
 
-#include <curl/curl.h>
 #include <fmt/format.h>
 #include <sys/socket.h>
+
+#include "base/curl/easy.hpp"
 
 namespace millrace::services::mail {
 
 namespace {
 
+using base::curl::Easy;
+using base::curl::set;
+
 /// Until a mail server accepts the connection.
-constexpr std::chrono::seconds connect_timeout{10};
+constexpr std::chrono::milliseconds connect_timeout{10'000};
 /// "235 2.7.0 Authentication successful" (RFC 4954, 6).
 constexpr int code_logged_in = 235;
 /// The reply to QUIT, which libcurl sends after a refusal, too (RFC 5321, 4.2.3).
@@ -134,27 +138,11 @@ ConnectionError trouble_of(CURLcode code) {
   }
 }
 
-struct HandleDeleter {
-  void operator()(CURL* handle) const { curl_easy_cleanup(handle); }
-};
-using Handle = std::unique_ptr<CURL, HandleDeleter>;
-
-struct ListDeleter {
-  void operator()(curl_slist* list) const { curl_slist_free_all(list); }
-};
-using List = std::unique_ptr<curl_slist, ListDeleter>;
-
-List recipients(const Mail& mail) {
-  List list;
-  for (const std::string& to : mail.to) {
-    curl_slist* const longer = curl_slist_append(list.get(), fmt::format("<{}>", to).c_str());
-    if (longer == nullptr) {
-      throw std::bad_alloc();
-    }
-    static_cast<void>(list.release());
-    list.reset(longer);
-  }
-  return list;
+base::curl::List recipients(const Mail& mail) {
+  std::vector<std::string> to;
+  std::ranges::transform(mail.to, std::back_inserter(to),
+                         [](const std::string& one) { return fmt::format("<{}>", one); });
+  return base::curl::list_of(to);
 }
 
 std::string url(const ServerConfig& server) {
@@ -163,35 +151,14 @@ std::string url(const ServerConfig& server) {
                      server.port, server.security == Security::tls ? "smtps" : "smtp");
 }
 
-long milliseconds(std::chrono::milliseconds time) {
-  return static_cast<long>(time.count());
-}
-
-/// curl_easy_setopt takes any type and reports a mismatch by its result; a refusal is a programming
-/// error.
-template <typename Value>
-void set(const Handle& handle, CURLoption option, Value value) {
-  if (const CURLcode code = curl_easy_setopt(handle.get(), option, value); code != CURLE_OK) {
-    throw std::runtime_error(fmt::format("libcurl refuses option {}: {}", static_cast<int>(option),
-                                         curl_easy_strerror(code)));
-  }
-}
-
-void set_server(const Handle& handle, const ServerConfig& server, const std::string& password) {
+void set_server(const Easy& handle, const ServerConfig& server, const std::string& password) {
   set(handle, CURLOPT_URL, url(server).c_str());
-  // Ignores proxies of the environment and a .netrc.
-  set(handle, CURLOPT_PROXY, "");
-  set(handle, CURLOPT_NETRC, long{CURL_NETRC_IGNORED});
-  set(handle, CURLOPT_NOSIGNAL, 1L);
-  set(handle, CURLOPT_CONNECTTIMEOUT_MS, milliseconds(connect_timeout));
-  set(handle, CURLOPT_TIMEOUT_MS, milliseconds(server.timeout));
+  set(handle, CURLOPT_CONNECTTIMEOUT_MS, connect_timeout);
+  set(handle, CURLOPT_TIMEOUT_MS, server.timeout);
   set(handle, CURLOPT_SERVER_RESPONSE_TIMEOUT,
       static_cast<long>(std::chrono::ceil<std::chrono::seconds>(server.timeout).count()));
   set(handle, CURLOPT_USE_SSL,
       long{server.security == Security::none ? CURLUSESSL_NONE : CURLUSESSL_ALL});
-  set(handle, CURLOPT_SSLVERSION, long{CURL_SSLVERSION_TLSv1_2});
-  set(handle, CURLOPT_SSL_VERIFYPEER, 1L);
-  set(handle, CURLOPT_SSL_VERIFYHOST, 2L);
   if (!server.ca_file.empty()) {
     set(handle, CURLOPT_CAINFO, server.ca_file.c_str());
     set(handle, CURLOPT_CAPATH, static_cast<const char*>(nullptr));
@@ -203,7 +170,7 @@ void set_server(const Handle& handle, const ServerConfig& server, const std::str
 }
 
 /// libcurl sends QUIT when the handle is destroyed, and waits up to two minutes for the reply.
-void do_not_wait_for_goodbye(const Handle& handle) {
+void do_not_wait_for_goodbye(const Easy& handle) {
   curl_socket_t socket = CURL_SOCKET_BAD;
   if (curl_easy_getinfo(handle.get(), CURLINFO_ACTIVESOCKET, &socket) == CURLE_OK &&
       socket != CURL_SOCKET_BAD) {
@@ -211,8 +178,8 @@ void do_not_wait_for_goodbye(const Handle& handle) {
   }
 }
 
-void set_mail(const Handle& handle, Session& session, const std::string& from,
-              const List& recipients) {
+void set_mail(const Easy& handle, Session& session, const std::string& from,
+              const base::curl::List& recipients) {
   set(handle, CURLOPT_MAIL_FROM, from.c_str());
   set(handle, CURLOPT_MAIL_RCPT, recipients.get());
   set(handle, CURLOPT_UPLOAD, 1L);
@@ -254,13 +221,10 @@ Outcome Smtp::send(const Mail& mail, const Watch& watch) {
     return {.verdict = Verdict::login, .reply = secret.error()};
   }
   begin();
-  const Handle handle(curl_easy_init());
-  if (!handle) {
-    throw std::bad_alloc();
-  }
+  const Easy handle = base::curl::make_easy();
   Session session{.mail = mail, .watch = watch, .needs_login = !server_.user.empty()};
   std::array<char, CURL_ERROR_SIZE> reason{};
-  const List to = recipients(mail);
+  const base::curl::List to = recipients(mail);
   const std::string from = fmt::format("<{}>", mail.from);
   set(handle, CURLOPT_ERRORBUFFER, reason.data());
   set_server(handle, server_, *secret);

@@ -155,6 +155,12 @@ TEST_F(Http, AnswersWithAPlainText) {
   EXPECT_EQ(plain.state, 5U);
 }
 
+TEST_F(Http, AnswersWithWhatTheLastResponseHas) {
+  serve("/plain_once");
+  EXPECT_EQ(caller.call(uuid, "4").state, 5U);
+  EXPECT_EQ(caller.call(uuid, "4").state, 1U);
+}
+
 TEST_F(Http, AnswersWithAnErrorIfTheResponseIsNone) {
   const std::string too_long = "ERROR: response of press: more than 65536 bytes";
   const std::string too_slow = "ERROR: press took longer than 700 ms";

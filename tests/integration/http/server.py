@@ -8,6 +8,7 @@ Authorization. FOLDER/closed has a line for each connection that the client clos
 
     /echo               the text as JSON
     /plain              the text, as text/plain, with the header Millrace-State: 5
+    /plain_once         the same, but the header only in the first response of a connection
     /reset_before       resets the connection before it reads the body
     /reset_after        resets it behind the body
     /half /cut          sends half a response, then resets the connection, or closes it
@@ -136,7 +137,9 @@ def answer(connection, count, method, path, headers, read_body):
         if path in CLOSED:
             raise Close
         return b""
-    if path == "/plain":
+    if path == "/plain_once" and count > 1:
+        return response(200, call["text"], "text/plain; charset=utf-8")
+    if path.startswith("/plain"):
         return response(200, call["text"], "text/plain; charset=utf-8", "Millrace-State: 5")
     if path == "/reset_after" or (path == "/second_dies" and count == 2):
         raise Reset
