@@ -320,7 +320,13 @@ class Assessment {
                                                       : messages::what_link_down();
     const auto lost = std::ranges::find(lost_, machine,
                                         [](const LostMachine& each) { return each.last.machine; });
-    if (lost != lost_.end()) {
+    if (lost != lost_.end() && concern.kind == Kind::link_down) {
+      // Its gateway is only late: what it published last holds.
+      concern.cause = "link down " + machine;
+      concern.since = lost->last.since;
+      concern.why = lost->last.reason;
+      concern.todo = {messages::check_link(lost->last.address, lost->last.host)};
+    } else if (lost != lost_.end()) {
       concern.cause = "gateway gone " + lost->last.gateway.to_string();
       concern.since = lost->since;
       concern.why = {};

@@ -11,20 +11,12 @@ namespace millrace::fabric::plant {
 
 namespace {
 
-/// The machine, if it lost its gateway.
-std::optional<LostMachine> lost_machine(const Plant& plant, std::string_view machine) {
-  const std::vector<LostMachine> lost = plant.lost();
-  const auto found = std::ranges::find(
-      lost, machine, [](const LostMachine& each) { return std::string_view(each.last.machine); });
-  return found == lost.end() ? std::nullopt : std::optional(*found);
-}
-
 /// When the machine lost its gateway or its link; nothing if it has both.
 std::optional<Time> without_link_since(const Plant& plant, std::string_view machine) {
   if (const MachineStatus* const status = gateway_without_link(plant, machine)) {
     return status->since;
   }
-  const std::optional<LostMachine> lost = lost_machine(plant, machine);
+  const std::optional<LostMachine> lost = plant.lost(machine);
   return lost ? std::optional(lost->since) : std::nullopt;
 }
 
@@ -76,7 +68,7 @@ std::optional<Kind> obstacle_of(const Plant& plant, const ChannelStatus& status,
   const std::string_view machine = machine_of(status.key.machine);
   const Link link = link_of(plant, machine);
   if (link == Link::gone || status.gone) {
-    const std::optional<LostMachine> lost = lost_machine(plant, machine);
+    const std::optional<LostMachine> lost = plant.lost(machine);
     // For a moment its last status holds: a call that is held stays so while its gateway is late.
     if (!lost || !is_silent_for_a_moment(*lost, now, patience)) {
       return Kind::gateway_gone;

@@ -275,21 +275,31 @@ const MachineStatus* Plant::last_sample(const MachineStatus& status) const {
   return known == presence_.end() ? nullptr : &known->second.last;
 }
 
-std::vector<LostMachine> Plant::lost() const {
-  std::map<std::string, LostMachine> found;
-  std::set<std::string> present;
-  for (const auto& [key, status] : machines_) {
-    if (!status.gone) {
-      present.insert(status.machine);
-    } else if (LostMachine& lost = found[status.machine]; status.since >= lost.since) {
-      const MachineStatus* last = last_sample(status);
-      lost = {last == nullptr ? status : *last, status.since, status.reason};
+std::optional<LostMachine> Plant::lost(std::string_view machine) const {
+  const MachineStatus* newest = nullptr;
+  for (auto link = machines_.lower_bound({std::string(machine), {}});
+       link != machines_.end() && link->first.first == machine; ++link) {
+    if (!link->second.gone) {
+      return std::nullopt;
+    }
+    if (newest == nullptr || link->second.since >= newest->since) {
+      newest = &link->second;
     }
   }
+  if (newest == nullptr) {
+    return std::nullopt;
+  }
+  const MachineStatus* const last = last_sample(*newest);
+  return LostMachine{last == nullptr ? *newest : *last, newest->since, newest->reason};
+}
+
+std::vector<LostMachine> Plant::lost() const {
   std::vector<LostMachine> all;
-  for (auto& [machine, lost] : found) {
-    if (!present.contains(machine)) {
-      all.push_back(std::move(lost));
+  for (const auto& [key, status] : machines_) {
+    if (all.empty() || all.back().last.machine != key.first) {
+      if (auto one = lost(key.first)) {
+        all.push_back(std::move(*one));
+      }
     }
   }
   return all;

@@ -109,6 +109,8 @@ class Plant {
   [[nodiscard]] bool lost_link(const MachineStatus& status) const;
   /// Each machine without a present gateway, with the last one.
   [[nodiscard]] std::vector<LostMachine> lost() const;
+  /// The same of this machine; nothing if it has a gateway, or is unknown.
+  [[nodiscard]] std::optional<LostMachine> lost(std::string_view machine) const;
   /// The last sample of each gateway about one of its machines; also of gateways that are taken for
   /// gone, of which machines() has only that.
   [[nodiscard]] const std::map<InstanceId, MachineStatus>& gateways() const { return gateways_; }

@@ -1,6 +1,7 @@
 // Faults made with real processes: the command line, the doctor, the page, the metrics and mails
 // say the same about each.
 
+#include <algorithm>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -35,13 +36,16 @@ namespace {
 using fabric::Time;
 using std::chrono::milliseconds;
 
-/// "act held cnc/1", … for each concern of a list in JSON.
+/// "act held cnc/1", of a concern in JSON.
+std::string concern_of(const boost::json::value& json) {
+  return std::string(json.at("level").as_string()) + " " +
+         std::string(json.at("kind").as_string()) + " " +
+         std::string(json.at("subject").as_string());
+}
 std::set<std::string> concerns_in(const boost::json::value& list) {
   std::set<std::string> all;
   for (const boost::json::value& each : list.as_array()) {
-    all.insert(std::string(each.at("level").as_string()) + " " +
-               std::string(each.at("kind").as_string()) + " " +
-               std::string(each.at("subject").as_string()));
+    all.insert(concern_of(each));
   }
   return all;
 }
@@ -451,24 +455,21 @@ class OneJudgementInMails : public OneJudgement {
     mail->await("^ready: ");
   }
 
-  /// Waits until the page has this concern, and a mail has it in the same words.
+  /// Waits until a mail and the page have this concern in the same words.
   void expect_mail(const std::string& concern) {
-    boost::json::value of;
-    await("the page to say " + concern, [&] {
-      for (const boost::json::value& each : page().as_array()) {
-        if (concerns_in(boost::json::array{each}).contains(concern)) {
-          of = each;
-        }
+    await("a mail about " + concern, [&] {
+      const boost::json::value all = page();
+      const auto found = std::ranges::find(all.as_array(), concern, concern_of);
+      if (found == all.as_array().end()) {
+        return false;
       }
-      return of.is_object();
+      std::string text = concern + (concern.ends_with(' ') ? "plant" : "");
+      for (const char* field : {"what", "why", "who"}) {
+        text += "|" + std::string(found->at(field).as_string());
+      }
+      kinds.emplace(found->at("kind").as_string());
+      return mails().find(text + "|") != std::string::npos;
     });
-    std::string text = concern + (concern.ends_with(' ') ? "plant" : "");
-    for (const char* field : {"what", "why", "who"}) {
-      const boost::json::value* const words = of.as_object().if_contains(field);
-      text += "|" + (words == nullptr ? std::string() : std::string(words->as_string()));
-    }
-    await("a mail with " + text, [&] { return mails().find(text + "|") != std::string::npos; });
-    kinds.emplace(of.at("kind").as_string());
   }
   /// Of all mails.
   [[nodiscard]] std::string mails() const {
@@ -509,7 +510,11 @@ TEST_F(OneJudgementInMails, IsSaidOfEachKindThatNeedsAPersonInTheSameWords) {
   gateway.emplace(chain.configured_gateway(with_programs,
                                            {"--journal", (chain.folder() / "journal").string()}));
   await("the call to run", [&] {
-    return HttpClient(port).get("/api/channels").body.find("c0ffee00") != std::string::npos;
+    const boost::json::value channels =
+        boost::json::parse(HttpClient(port).get("/api/channels").body);
+    return std::ranges::any_of(channels.as_array(), [](const boost::json::value& each) {
+      return each.at("channel") == 3 && each.at("channel_state") == "running";
+    });
   });
   slow.kill();
   const fabric::dds::Participant there({.domain = chain.domain()});

@@ -56,7 +56,8 @@ class BusyPlant : public fabric::endpoints::CallEndpointListener {
     Clock::time_point begun;
   };
 
-  /// Publishes data in which every value has changed.
+  void tell_machines();
+  /// Publishes data in which every value has changed, and that it runs.
   void tell_data();
   /// Calls in one channel after the other.
   void keep_going();
@@ -71,6 +72,7 @@ class BusyPlant : public fabric::endpoints::CallEndpointListener {
   }
 
   std::uint64_t epoch_;
+  fabric::Time claimed_ = now();
   std::uint64_t number_ = 0;
   std::uint64_t sent_ = 0;
   double calls_per_second_ = 0;

@@ -203,6 +203,20 @@ TEST_F(AnAssessment, WaitsAMomentForAGatewayThatIsOnlyLate) {
   EXPECT_EQ(state_of(1, 1100ms), "gateway gone");
 }
 
+TEST_F(AnAssessment, KeepsTheLostLinkOfAGatewayThatIsOnlyLate) {
+  plant.add(machine("press", false));
+  plant.add(channel(1, ChannelState::link_down));
+  EXPECT_THAT(kinds(), ElementsAre("act link down press"));
+  const std::vector<Concern> before = found;
+  auto late = machine_status("press", false, noon + 1h);
+  late.gone = true;
+  late.reason = messages::gateway_not_responding();
+  plant.add(entry(late));
+  kinds(1h + 900ms);
+  EXPECT_EQ(found, before);
+  EXPECT_THAT(kinds(1h + 1100ms), ElementsAre("act gateway gone press"));
+}
+
 TEST_F(AnAssessment, KeepsTheHeldCallOfAGatewayThatIsOnlyLate) {
   auto late = machine_status("press", false);
   late.gone = true;

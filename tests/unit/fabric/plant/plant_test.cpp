@@ -90,6 +90,9 @@ TEST(APlant, HasTheProcessOfTheGatewayOfALostMachine) {
   EXPECT_EQ(sut.lost()[0].since, Time(std::chrono::seconds(7)));
   machine(2, "hall");
   EXPECT_THAT(sut.lost(), IsEmpty());
+  machine(2, "");
+  ASSERT_THAT(sut.lost(), SizeIs(1));
+  EXPECT_EQ(sut.lost()[0].last.gateway, id(2)) << "the last one";
 }
 
 TEST(APlant, LosesTheMachinesOfOneOfTwoGatewaysOfAHost) {
