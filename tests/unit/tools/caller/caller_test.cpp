@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/messages/format.hpp"
 #include "base/program/log.hpp"
 #include "fabric/plant/plant.hpp"
 #include "services/sdk/service.hpp"
