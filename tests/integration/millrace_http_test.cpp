@@ -191,7 +191,7 @@ TEST_F(Http, AnswersWithTheResponseOfAnUnusualServer) {
 }
 
 TEST_F(Http, ClosesTheConnectionOfACancelledCall) {
-  serve("/slow");
+  serve("/slow", "time_limit_ms: 600000");
   const fabric::Request request = caller.request(uuid, "x");
   caller.publish(request);
   await("the request", [&] { return !posts().empty(); });
