@@ -213,7 +213,7 @@ Web::Web(WebOptions wanted, base::program::Log destination)
               .pid = static_cast<std::uint32_t>(::getpid())}) {
   load_acknowledgements();
   server.on_greeting(
-      [this] { return event_text("snapshot", print::json_text(plant.snapshot(now()))); });
+      [this] { return event_text("snapshot", print::json_text(plant.greeting(now()))); });
 }
 
 std::optional<actions::UserActions> Web::make_user_actions() {

@@ -269,6 +269,11 @@ boost::json::array PlantModel::mark_views(const fabric::Moment& now) {
   return gone;
 }
 
+boost::json::object PlantModel::greeting(const fabric::Moment& now) {
+  greeted_ = true;
+  return snapshot(now);
+}
+
 std::optional<boost::json::object> PlantModel::changes(const fabric::Moment& now) {
   end_steps(now);
   mark_what_moves(now);
@@ -276,7 +281,7 @@ std::optional<boost::json::object> PlantModel::changes(const fabric::Moment& now
   live_.forget_gone(now.wall - kept_gone);
   boost::json::array channels_gone = mark_views(now);
   std::vector<fabric::plant::Concern> concerns_now = concerns(now);
-  const bool concerns_changed = concerns_now != concerns_sent_;
+  const bool concerns_changed = std::exchange(greeted_, false) || concerns_now != concerns_sent_;
   boost::json::array machines;
   boost::json::array machines_gone;
   for (const MachineKey& key : machines_changed_) {

@@ -1,7 +1,7 @@
 // What a page gets about the plant: a snapshot, then changes. Pure.
 //
 //   plant.add(entry, now);                              // each entry of an observer, as it comes
-//   plant.snapshot(now)                                 // for a new page
+//   plant.greeting(now)                                 // for a new page
 //   if (auto changes = plant.changes(now)) …            // several times a second, for all pages
 //
 // The objects have the fields of the commands' --json, and more (docs/how-to/monitor.md).
@@ -87,6 +87,8 @@ class PlantModel {
   void set_counts(const fabric::observer::Counts& counts) { counts_ = counts; }
 
   [[nodiscard]] boost::json::object snapshot(const fabric::Moment& now) const;
+  /// The snapshot for a page that gets the changes from now on.
+  [[nodiscard]] boost::json::object greeting(const fabric::Moment& now);
   /// Changes since the last call; nothing if there are none and no heartbeat is due.
   std::optional<boost::json::object> changes(const fabric::Moment& now);
 
@@ -185,6 +187,8 @@ class PlantModel {
   };
   std::map<fabric::ChannelKey, SentChannel> channels_sent_;
   std::vector<fabric::plant::Concern> concerns_sent_;
+  /// A new page may have others, which began after them and are over by now.
+  bool greeted_ = false;
   std::optional<fabric::SteadyTime> told_;
   std::optional<fabric::SteadyTime> moved_;
   std::optional<fabric::SteadyTime> stepped_;

@@ -192,6 +192,16 @@ TEST_F(APlantModel, SendsTheConcernsWhenTheyChange) {
   EXPECT_EQ(sut.changes(after(1500))->at("concerns").as_array().size(), 0U);
 }
 
+TEST_F(APlantModel, SaysThatAConcernIsOverToAPageThatCameMeanwhile) {
+  add({machine(1, "gw"), channel(fabric::ChannelState::idle)});
+  ASSERT_TRUE(sut.changes(after(0)));
+  add({channel(fabric::ChannelState::held)});
+  EXPECT_EQ(first(sut.greeting(after(100)), "concerns").at("kind"), "held");
+  add({channel(fabric::ChannelState::idle)});
+  EXPECT_EQ(sut.changes(after(250))->at("concerns").as_array().size(), 0U);
+  EXPECT_FALSE(sut.changes(after(1000))->contains("concerns")) << "it says it once";
+}
+
 TEST_F(APlantModel, SaysThatAChannelIsThereNoLonger) {
   add({machine(1, "gw"), channel(fabric::ChannelState::idle)});
   ASSERT_TRUE(sut.changes(after(0)));
