@@ -8,9 +8,9 @@
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "base/program/barrier.hpp"
 #include "base/text/quoted.hpp"
-#include "base/messages/catalogue.hpp"
 #include "fabric/channel_scope.hpp"
 #include "fabric/dds/authenticator.hpp"
 #include "fabric/key_owners.hpp"

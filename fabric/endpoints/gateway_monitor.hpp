@@ -38,8 +38,8 @@ class GatewayMonitorListener {
  public:
   virtual ~GatewayMonitorListener() = default;
   virtual void on_machine(const MachineStatus& status) = 0;
-  /// The gateway is there no longer for this machine; after `silent`, a second time with what became
-  /// of it.
+  /// The gateway is there no longer for this machine; after `silent`, a second time with what
+  /// became of it.
   virtual void on_machine_gone(const std::string& machine, const InstanceId& gateway,
                                Absence absence) = 0;
   virtual void on_channel(const ChannelStatus& status) = 0;

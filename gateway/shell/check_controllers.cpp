@@ -18,7 +18,8 @@ asio::awaitable<void> ask(const settings::MachineSettings& machine, cnc::ads::Cl
                           ControllerCheck& asked) {
   const auto connected = co_await client.connect();
   if (!connected) {
-    asked.silent.push_back(fmt::format("{}: {}", machine.to_string(), connected.error().message.text));
+    asked.silent.push_back(
+        fmt::format("{}: {}", machine.to_string(), connected.error().message.text));
     co_return;
   }
   cnc::variables::Readings readings(client);

@@ -8,8 +8,8 @@
 
 #include <boost/json/array.hpp>
 
-#include "fabric/profile/command_line.hpp"
 #include "fabric/plant/plant.hpp"
+#include "fabric/profile/command_line.hpp"
 #include "tools/bus/operator.hpp"
 #include "tools/commands/subcommand.hpp"
 

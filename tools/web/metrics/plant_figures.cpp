@@ -127,10 +127,10 @@ void put_links(Families& families, const fabric::plant::Plant& live) {
 }
 
 void put_concerns(Families& families, const std::vector<fabric::plant::Concern>& concerns) {
-  Family family = families.gauge(
-      "millrace_concern",
-      "1 for what needs attention, as `millrace status` and the page name it: level \"act\" needs a "
-      "person, \"look\" is to be known.");
+  Family family = families.gauge("millrace_concern",
+                                 "1 for what needs attention, as `millrace status` and the page "
+                                 "name it: level \"act\" needs a person, \"look\" is to be "
+                                 "known.");
   std::size_t shown = 0;
   std::set<Labels> known;
   for (const fabric::plant::Concern& concern : concerns) {
