@@ -19,7 +19,7 @@ from ctypes import (
     c_uint64,
     c_void_p,
 )
-from typing import Any, TypeVar
+from typing import Any, ClassVar, Protocol, TypeVar
 
 from millrace import _errors
 
@@ -227,7 +227,11 @@ def utf8(text: bytes | None) -> str:
     return (text or b"").decode("utf-8", "replace")
 
 
-_T = TypeVar("_T")
+class _Dataclass(Protocol):
+    __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]
+
+
+_T = TypeVar("_T", bound=_Dataclass)
 
 
 def filled(kind: type[_T], of: Structure, **others: Any) -> _T:
