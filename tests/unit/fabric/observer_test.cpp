@@ -278,7 +278,11 @@ TEST_F(AnObserver, AcceptsAChannelFromTheNextGatewayWhenTheFirstIsKilled) {
     return other;
   };
   auto first = join(1);
-  ASSERT_TRUE(until([&] { return count<ChannelStatus>() == 1; }));
+  // Before its claim is here, the second one's would come first.
+  ASSERT_TRUE(until([&] {
+    return count<ChannelStatus>() == 1 &&
+           std::ranges::count(all<MachineStatus>(), "mill", &MachineStatus::machine) == 1;
+  }));
   const auto second = join(2);
   EXPECT_TRUE(until_ignored("tells of mill/1"));
   first.reset();
