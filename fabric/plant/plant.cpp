@@ -297,8 +297,8 @@ std::vector<LostMachine> Plant::lost() const {
   std::vector<LostMachine> all;
   for (const auto& [key, status] : machines_) {
     if (all.empty() || all.back().last.machine != key.first) {
-      if (auto one = lost(key.first)) {
-        all.push_back(std::move(*one));
+      if (auto machine = lost(key.first)) {
+        all.push_back(std::move(*machine));
       }
     }
   }

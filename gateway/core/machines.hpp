@@ -184,7 +184,7 @@ class Machines : public ServiceAccess {
   /// What another gateway has published about a channel.
   struct OtherStatus {
     fabric::ChannelStatus status;
-    /// This gateway serves the channel since, and took the call into account.
+    /// This gateway owns the channel since then, and has taken the call into account.
     bool accounted = false;
   };
 
@@ -208,8 +208,8 @@ class Machines : public ServiceAccess {
   void remove(Machine& one, std::uint16_t channel, Moment now);
   void not_owner(Machine& one, std::uint16_t channel, const fabric::Message& reason, Moment now);
   void on_predecessor_call(const fabric::ChannelKey& key);
-  /// Another gateway may serve the channel from now on, or all, also with a call that it had
-  /// before.
+  /// Another gateway may serve the channel from now on, also with a call that it had before.
+  /// Without a channel: each of the machine.
   void forget_accounted(const std::string& machine, std::optional<std::uint16_t> channel = {});
   void publish(Machine& one);
   void apply(Machine& one, const machines::SubscriptionActions& actions, Moment now);

@@ -186,7 +186,7 @@ struct Transfers::Impl {
   Id last = 0;
 
   std::unique_ptr<Running> make(Transfer transfer) {
-    std::erase_if(idle, [](const auto& one) { return one.first.use_count() == 1; });
+    std::erase_if(idle, [](const auto& spares) { return spares.first.use_count() == 1; });
     auto& spare = idle[transfer.endpoint];
     if (transfer.post && !spare.empty()) {
       auto again = std::move(spare.back());

@@ -141,7 +141,7 @@ ConnectionError trouble_of(CURLcode code) {
 base::curl::List recipients(const Mail& mail) {
   std::vector<std::string> to;
   std::ranges::transform(mail.to, std::back_inserter(to),
-                         [](const std::string& one) { return fmt::format("<{}>", one); });
+                         [](const std::string& address) { return fmt::format("<{}>", address); });
   return base::curl::list_of(to);
 }
 

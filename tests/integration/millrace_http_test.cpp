@@ -220,10 +220,10 @@ TEST_F(Http, LeavesWhenAnOperatorDrainsItsServices) {
   configure("service { uuid: '" + uuid + "' url: '" + url("/echo") + "' health_ms: 100 }\n" +
             "service { uuid: '" + other_uuid + "' url: '" + url("/plain") + "' health_ms: 100 }");
   start();
-  const auto drain = [&](const std::string& one) {
-    ASSERT_TRUE(caller.await_instance(one));
-    run({binary("millrace"), "drain", one, "--domain", std::to_string(domain.number())});
-    ASSERT_TRUE(caller.await_no_instance(one));
+  const auto drain = [&](const std::string& service) {
+    ASSERT_TRUE(caller.await_instance(service));
+    run({binary("millrace"), "drain", service, "--domain", std::to_string(domain.number())});
+    ASSERT_TRUE(caller.await_no_instance(service));
   };
   drain(uuid);
   EXPECT_FALSE(caller.await_instance(uuid, std::chrono::milliseconds(400))) << "after a check";

@@ -187,7 +187,7 @@ class PlantModel {
   };
   std::map<fabric::ChannelKey, SentChannel> channels_sent_;
   std::vector<fabric::plant::Concern> concerns_sent_;
-  /// A new page may have others, which began after them and are over by now.
+  /// A page has joined since. Its snapshot may have concerns that began later and are over by now.
   bool greeted_ = false;
   std::optional<fabric::SteadyTime> told_;
   std::optional<fabric::SteadyTime> moved_;
