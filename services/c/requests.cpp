@@ -68,8 +68,8 @@ Progress::Result Progress::wait(std::optional<std::chrono::milliseconds> limit) 
 
 Requests::Requests(sdk::SharedParticipant& shared)
     : shared_(shared),
-      machine_(tools::caller::unique_machine("call")),
-      caller_(shared.participant(), shared.loop().get_executor(), *this) {}
+      slot_("call", shared.participant().options()),
+      caller_(shared.participant(), shared.loop().get_executor(), *this, slot_) {}
 
 Requests::~Requests() {
   for (auto& [call, pending] : pending_) {
@@ -91,7 +91,7 @@ std::uint16_t Requests::free_channel() const {
 
 fabric::CallId Requests::send(tools::caller::Order order,
                               const std::shared_ptr<Progress>& progress) {
-  order.key = {machine_, free_channel()};
+  order.key = {slot_.machine(), free_channel()};
   const auto call = caller_.call(order);
   if (!call) {
     throw Error(MILLRACE_INVALID, call.error());

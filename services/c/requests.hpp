@@ -68,7 +68,7 @@ class Requests final : private tools::caller::CallerListener {
   [[nodiscard]] std::uint16_t free_channel() const;
 
   sdk::SharedParticipant& shared_;
-  const std::string machine_;
+  const tools::caller::Slot slot_;
   std::set<std::uint16_t> used_;
   std::map<fabric::CallId, Pending> pending_;
   // Last: its destructor ends its calls.

@@ -337,6 +337,10 @@ export async function serve(snapshot, history = historyOf(), more = {}) {
   await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
   return {
     url: `http://127.0.0.1:${server.address().port}`,
+    /** Sends these changes to all pages. */
+    change(changes) {
+      open.forEach((response) => response.write(`event: changes\ndata: ${JSON.stringify({ time: ago(0), ...changes })}\n\n`));
+    },
     async stop() {
       open.forEach((response) => response.end());
       await new Promise((resolve) => { server.close(resolve); server.closeAllConnections(); });

@@ -25,12 +25,41 @@ async function withPage({ history = historyOf(served, quiet), change = () => {},
   const server = await serve(snapshot, history, more);
   const page = await browser.open(server.url, options);
   try {
-    await look(page);
+    await look(page, server);
   } finally {
     await page.close();
     await server.stop();
   }
 }
+
+test('nothing moves under a pressed pointer for five seconds, and the click is not lost', async () => {
+  await withPage({ machines: 8, causes: 4 }, { view: '#/plant' }, async (page, server) => {
+    const { concerns } = plantWith({ machines: 8, causes: 4 });
+    const other = await browser.open(server.url, { view: '#/plant' });
+    const first = (where, kind) => where.waitForSelector(`.concern[data-kind="${kind}"]:first-child`);
+    const changeUnderThePointer = async () => {
+      const at = await (await page.waitForSelector('.concern[data-kind="held"]:first-child [data-action="retry"]')).clickablePoint();
+      await page.mouse.move(at.x, at.y);
+      await page.mouse.down();
+      server.change({ concerns: [...concerns.slice(1), concerns[0]] });
+      await first(other, concerns[1].kind);
+    };
+    await page.evaluate(() => { performance.now = () => 0; });
+    await changeUnderThePointer();
+    await first(page, 'held');
+    await page.evaluate(() => { performance.now = () => 5000; });
+    await first(page, concerns[1].kind);
+    await page.mouse.move(0, 0);
+    await page.mouse.up();
+    server.change({ concerns });
+    await first(other, 'held');
+    await changeUnderThePointer();
+    await page.mouse.up();
+    await awaitText(page, 'dialog h2', /mill_2\/3/);
+    await first(page, concerns[1].kind);
+    await other.close();
+  });
+});
 
 const isTooWide = (page) => page.evaluate(() => document.documentElement.scrollWidth > innerWidth);
 

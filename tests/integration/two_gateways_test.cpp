@@ -69,7 +69,8 @@ TEST(ASecondGateway, RefusesTheMachineAndNamesTheOneThatServesIt) {
   first.await_error("link up");
   Process second = sut.gateway();
   second.await_error(standing_by(first));
-  EXPECT_THAT(second.error_output(), Not(HasSubstr("link up")));
+  // It may have connected before: on a busy host the claim of the first one comes late.
+  EXPECT_THAT(first.error_output(), Not(HasSubstr("stands by")));
   Process machines = sut.millrace({"machines"});
   EXPECT_EQ(machines.wait(), 0);
   EXPECT_THAT(machines.output(), HasSubstr("(pid " + std::to_string(first.pid()) + " on "));

@@ -1,7 +1,6 @@
 #include "tools/caller/caller.hpp"
 
 #include <deque>
-#include <random>
 
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
@@ -21,20 +20,14 @@ Moment now() {
   return {std::chrono::steady_clock::now(), std::chrono::system_clock::now()};
 }
 
-std::uint64_t random_epoch() {
-  std::random_device source;
-  // Not 0, which means "no call".
-  return (std::uint64_t{source()} << 32U | source()) | 1U;
-}
-
 }  // namespace
 
 struct Caller::Impl : fabric::endpoints::CallEndpointListener, std::enable_shared_from_this<Impl> {
   Impl(fabric::dds::Participant& participant, const asio::any_io_executor& own_executor,
-       CallerListener& own_listener)
+       CallerListener& own_listener, const Slot& slot)
       : executor(own_executor),
         listener(&own_listener),
-        calls(random_epoch()),
+        calls(slot.before_first()),
         timer(own_executor),
         end(std::make_unique<fabric::endpoints::CallEndpoint>(
             participant, own_executor, *this, fabric::endpoints::CallEndpoint::Of::tool)) {}
@@ -144,8 +137,8 @@ struct Caller::Impl : fabric::endpoints::CallEndpointListener, std::enable_share
 };
 
 Caller::Caller(fabric::dds::Participant& participant, const asio::any_io_executor& executor,
-               CallerListener& listener)
-    : impl_(std::make_shared<Impl>(participant, executor, listener)) {}
+               CallerListener& listener, const Slot& slot)
+    : impl_(std::make_shared<Impl>(participant, executor, listener, slot)) {}
 
 Caller::~Caller() {
   impl_->close();
@@ -169,11 +162,6 @@ std::optional<fabric::Message> Caller::why_unserved(const std::string& uuid,
 
 bool Caller::is_given_out(const fabric::CallId& call) const {
   return impl_->calls.is_given_out(call);
-}
-
-std::string unique_machine(std::string_view prefix) {
-  std::random_device source;
-  return fmt::format("{}.{:08x}", prefix, source());
 }
 
 std::optional<std::string> reason_taken(const fabric::plant::Plant& live,

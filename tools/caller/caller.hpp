@@ -1,14 +1,14 @@
 // Calls services without a controller: the requesting endpoint of a fabric for tools.
 //
-//   Caller caller(participant, io.get_executor(), listener);
-//   const auto call = caller.call({.key = {unique_machine("call"), 1}, .uuid = uuid, .text = "3"});
+//   const Slot slot("call", participant.options());
+//   Caller caller(participant, io.get_executor(), listener, slot);
+//   const auto call = caller.call({.key = {slot.machine(), 1}, .uuid = uuid, .text = "3"});
 //   …  listener.on_ended({.call = *call, .reply = …})
 #pragma once
 
 #include <memory>
 #include <optional>
 #include <string>
-#include <string_view>
 
 #include <boost/asio/any_io_executor.hpp>
 #include <tl/expected.hpp>
@@ -17,6 +17,7 @@
 #include "fabric/messages.hpp"
 #include "fabric/plant/plant.hpp"
 #include "tools/caller/order.hpp"
+#include "tools/caller/slot.hpp"
 
 namespace millrace::tools::caller {
 
@@ -36,10 +37,10 @@ class CallerListener {
 /// withdraws pending calls.
 class Caller {
  public:
-  /// `participant` and `listener` outlive the caller. Throws std::runtime_error with Cyclone's
+  /// All but the executor's handle outlive the caller. Throws std::runtime_error with Cyclone's
   /// reason.
   Caller(fabric::dds::Participant& participant, const boost::asio::any_io_executor& executor,
-         CallerListener& listener);
+         CallerListener& listener, const Slot& slot);
   ~Caller();
   Caller(const Caller&) = delete;
   Caller& operator=(const Caller&) = delete;
@@ -61,11 +62,6 @@ class Caller {
   struct Impl;
   std::shared_ptr<Impl> impl_;
 };
-
-// The channel of a tool's calls: never one that a gateway owns.
-
-/// "call.5f3a9c01": a unique machine name.
-std::string unique_machine(std::string_view prefix);
 
 /// Why a call in this channel would disturb a real one: a gateway serves its machine. Nullopt if it
 /// is free.

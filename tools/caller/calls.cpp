@@ -31,7 +31,8 @@ tl::expected<fabric::CallId, std::string> Calls::add(const Order& order, Moment 
     return tl::unexpected(fmt::format("call {} is still pending in channel {}",
                                       other->second.to_string(), order.key.to_string()));
   }
-  const fabric::CallId id{epoch_, ++last_number_};
+  ++last_.number;
+  const fabric::CallId id = last_;
   Open open{.order = order, .seen = now.wall};
   if (order.patience != std::chrono::nanoseconds{}) {
     open.until = now.steady + order.patience;
@@ -169,7 +170,7 @@ void Calls::give(const gateway::dispatch::Assign& give, Moment now) {
   if (std::ranges::count(open.standing, attempt.instance) == 0) {
     open.standing.push_back(attempt.instance);
   }
-  answered_.replace({open.order.key, epoch_, attempt.instance});
+  answered_.replace({open.order.key, last_.epoch, attempt.instance});
   open.published = true;
   open.given = open.given.value_or(now.steady);
   dispatcher_.on_published(give.call, now.steady);
@@ -205,7 +206,7 @@ void Calls::take_back(const gateway::dispatch::Unassign& back, Moment now) {
 
 void Calls::withdraw(Open& open, const fabric::InstanceId& instance) {
   if (std::erase(open.standing, instance) > 0) {
-    out_.emplace_back(Withdraw{{open.order.key, epoch_, instance}});
+    out_.emplace_back(Withdraw{{open.order.key, last_.epoch, instance}});
   }
 }
 
@@ -233,7 +234,7 @@ void Calls::end(fabric::CallId call, std::optional<fabric::Reply> reply,
     tell(call, open, fabric::EventKind::withdrawn, now, nullptr, reason);
   }
   if (reply && std::erase(open.standing, reply->instance) > 0) {
-    answered_.add({open.order.key, epoch_, reply->instance}, now.steady);
+    answered_.add({open.order.key, last_.epoch, reply->instance}, now.steady);
   }
   while (!open.standing.empty()) {
     withdraw(open, open.standing.back());

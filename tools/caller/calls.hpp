@@ -1,7 +1,7 @@
 // The calls of a tool that acts as a gateway: dispatches each to one instance as a gateway does,
 // and ends it with its reply. Pure: events and times in, actions out.
 //
-//   Calls calls(epoch);
+//   Calls calls(slot.before_first());
 //   calls.on_instance_ready(identity);
 //   const auto id = calls.add({.key = {"call.7f3a", 1}, .uuid = "…", .text = "3"}, now);
 //   for (const Action& action : calls.take_actions()) …        → Notice, Publish
@@ -50,9 +50,9 @@ using Actions = std::vector<Action>;
 
 class Calls {
  public:
-  /// `epoch` goes into the call ids, so it must be unique.
-  explicit Calls(std::uint64_t epoch, gateway::dispatch::DispatcherOptions options = {})
-      : epoch_(epoch), dispatcher_(options) {}
+  /// The ids of the calls continue after `last`; no other caller may use them (see Slot).
+  explicit Calls(fabric::CallId last, gateway::dispatch::DispatcherOptions options = {})
+      : last_(last), dispatcher_(options) {}
 
   /// A new call; it waits while no instance is free for it. Fails for state 0, for a text that is
   /// too long, and while its channel has another pending call.
@@ -113,8 +113,7 @@ class Calls {
   void tell(const fabric::CallId& call, const Open& open, fabric::EventKind kind, Moment now,
             const fabric::Reply* reply = nullptr, const fabric::Message& detail = {});
 
-  std::uint64_t epoch_;
-  std::uint64_t last_number_ = 0;
+  fabric::CallId last_;
   gateway::dispatch::Dispatcher dispatcher_;
   std::map<fabric::CallId, Open> open_;
   std::map<fabric::ChannelKey, fabric::CallId> by_channel_;

@@ -14,11 +14,11 @@ constexpr bus::Patience grace{.at_least = std::chrono::milliseconds(1000)};
 
 }  // namespace
 
-OneCall::OneCall(fabric::dds::Participant& participant, const Order& order)
+OneCall::OneCall(fabric::dds::Participant& participant, const Slot& slot, const Order& order)
     : order_(order),
       grace_(io_),
       time_(grace, Clock::now()),
-      caller_(participant, io_.get_executor(), *this) {}
+      caller_(participant, io_.get_executor(), *this, slot) {}
 
 Ended OneCall::run() {
   const auto call = caller_.call(order_);

@@ -1,6 +1,6 @@
 // One call of a tool, from its order to its end.
 //
-//   OneCall call(participant, order);
+//   OneCall call(participant, slot, order);
 //   const Ended ended = call.run();
 #pragma once
 
@@ -16,8 +16,8 @@ namespace millrace::tools::caller {
 /// Owns its loop; several threads may each run one with the same participant.
 class OneCall : public CallerListener {
  public:
-  /// Both must outlive it. Throws std::runtime_error with Cyclone's reason.
-  OneCall(fabric::dds::Participant& participant, const Order& order);
+  /// All must outlive it. Throws std::runtime_error with Cyclone's reason.
+  OneCall(fabric::dds::Participant& participant, const Slot& slot, const Order& order);
 
   /// Returns with the final reply, or why there is none; early if no instance serves the UUID after
   /// the time in which instances are discovered.

@@ -11,13 +11,13 @@ std::set<std::pair<std::string, fabric::ChannelKey>> needs_of(const Plan& plan) 
 }
 
 ToServices::ToServices(fabric::dds::Participant& participant,
-                       const boost::asio::any_io_executor& executor, const Plan& plan,
-                       const ReplayChannels& channels, ReplayListener& listener)
+                       const boost::asio::any_io_executor& executor, const caller::Slot& slot,
+                       const Plan& plan, const ReplayChannels& channels, ReplayListener& listener)
     : executor_(executor),
       plan_(plan),
       channels_(channels),
       listener_(listener),
-      caller_(participant, executor, *this) {}
+      caller_(participant, executor, *this, slot) {}
 
 std::vector<std::string> ToServices::missing() const {
   std::set<std::string> reasons;

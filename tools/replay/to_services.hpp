@@ -1,6 +1,6 @@
 // Sends recorded requests to live services, in channels that belong to no machine.
 //
-//   ToServices stage(participant, io.get_executor(), plan, channels, listener);
+//   ToServices stage(participant, io.get_executor(), slot, plan, channels, listener);
 //   …  until stage.missing() is empty
 //   stage.play(options);
 #pragma once
@@ -38,7 +38,8 @@ class ToServices : public Stage, public caller::CallerListener {
  public:
   /// `channels` has every channel of the plan. All but `executor` outlive this object.
   ToServices(fabric::dds::Participant& participant, const boost::asio::any_io_executor& executor,
-             const Plan& plan, const ReplayChannels& channels, ReplayListener& listener);
+             const caller::Slot& slot, const Plan& plan, const ReplayChannels& channels,
+             ReplayListener& listener);
 
   /// One line for each service of the plan that is not there yet; empty once all are.
   [[nodiscard]] std::vector<std::string> missing() const;

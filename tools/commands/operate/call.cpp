@@ -58,8 +58,9 @@ std::string text_of(const CallOptions& options) {
   return *text;
 }
 
-caller::Order order_of(const CallOptions& options, const std::string& uuid, std::string text) {
-  caller::Order order{.key = {caller::unique_machine("call"), options.channel},
+caller::Order order_of(const CallOptions& options, const caller::Slot& slot,
+                       const std::string& uuid, std::string text) {
+  caller::Order order{.key = {slot.machine(), options.channel},
                       .uuid = uuid,
                       .text = std::move(text),
                       .state = options.state,
@@ -77,8 +78,9 @@ caller::Order order_of(const CallOptions& options, const std::string& uuid, std:
 
 class CallOfTheUser : public caller::OneCall {
  public:
-  CallOfTheUser(fabric::dds::Participant& participant, const caller::Order& order)
-      : OneCall(participant, order), signals_(loop(), SIGINT, SIGTERM) {
+  CallOfTheUser(fabric::dds::Participant& participant, const caller::Slot& slot,
+                const caller::Order& order)
+      : OneCall(participant, slot, order), signals_(loop(), SIGINT, SIGTERM) {
     signals_.async_wait([this](const boost::system::error_code& error, int) {
       if (!error) {
         give_up("interrupted");
@@ -138,9 +140,10 @@ int call(const CallOptions& options) {
   if (!uuid) {
     return program::exit_failed;
   }
-  const caller::Order order = order_of(options, *uuid, std::move(text));
   fabric::dds::Participant participant(options.fabric.options());
-  const caller::Ended ended = CallOfTheUser(participant, order).run();
+  const caller::Slot slot("call", participant.options());
+  const caller::Order order = order_of(options, slot, *uuid, std::move(text));
+  const caller::Ended ended = CallOfTheUser(participant, slot, order).run();
   show(options, order, ended);
   const bool served = ended.reply && !fabric::observer::is_failure(*ended.reply);
   return served ? program::exit_done : program::exit_failed;

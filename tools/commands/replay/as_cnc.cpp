@@ -87,7 +87,8 @@ int as_cnc(const Options& options, const Plan& plan) {
   ServiceFollower onlooker;
   const fabric::dds::ParticipantOptions join = options.fabric.options();
   fabric::dds::Participant participant(join);
-  const caller::Caller registry(participant, run.io().get_executor(), onlooker);
+  const caller::Slot slot("replay", join);
+  const caller::Caller registry(participant, run.io().get_executor(), onlooker, slot);
   const auto missing = [&] {
     std::vector<std::string> names;
     for (const std::uint32_t channel : stage.unseen()) {

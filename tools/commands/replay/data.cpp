@@ -230,7 +230,8 @@ int data(const Options& options) {
                     "ls' lists what it has",
                     options.file.string()));
   }
-  const Channels channels = channels_asked(options, plan.channels());
+  const caller::Slot slot("replay", options.fabric.options());
+  const Channels channels = channels_asked(options, slot, plan.channels());
   check_free(options, channels);
   for (const auto& [recorded, key] : channels) {
     fmt::print(stderr, "millrace: {} is replayed as {}\n", base::text::safe(recorded.to_string()),

@@ -206,13 +206,13 @@ using Channels = std::map<fabric::ChannelKey, fabric::ChannelKey>;
 
 }  // namespace
 
-Channels channels_asked(const Options& options, const std::set<fabric::ChannelKey>& recorded) {
-  const std::string prefix = caller::unique_machine("replay");
+Channels channels_asked(const Options& options, const caller::Slot& slot,
+                        const std::set<fabric::ChannelKey>& recorded) {
   Channels channels;
   std::map<fabric::ChannelKey, fabric::ChannelKey> taken_by;
   for (const fabric::ChannelKey& channel : recorded) {
     const fabric::ChannelKey key = options.channels.find(channel).value_or(
-        fabric::ChannelKey{prefix + "." + channel.machine, channel.channel});
+        fabric::ChannelKey{slot.machine() + "." + channel.machine, channel.channel});
     if (key.machine.size() > fabric::longest_machine_name) {
       throw UsageError(fmt::format(
           "the name {} is too long for the machine of a replay; name one that has at most {} "

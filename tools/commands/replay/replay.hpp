@@ -13,6 +13,7 @@
 #include <CLI/App.hpp>
 
 #include "fabric/profile/command_line.hpp"
+#include "tools/caller/slot.hpp"
 #include "tools/commands/replay/report.hpp"
 #include "tools/commands/subcommand.hpp"
 #include "tools/recording/entry.hpp"
@@ -81,10 +82,10 @@ int data(const Options& options);
 
 // The channels of a replay.
 
-/// The channel for each recorded one: from --channel, otherwise one of a machine with a random
+/// The channel for each recorded one: from --channel, otherwise one of a machine with the slot's
 /// name. Throws UsageError if two of them are the same, or a name is too long.
 std::map<fabric::ChannelKey, fabric::ChannelKey> channels_asked(
-    const Options& options, const std::set<fabric::ChannelKey>& recorded);
+    const Options& options, const caller::Slot& slot, const std::set<fabric::ChannelKey>& recorded);
 
 /// A channel that the user has named must not belong to a live machine: throws UsageError.
 void check_free(const Options& options,

@@ -13,12 +13,13 @@ namespace {
 namespace program = base::program;
 using tools::replay::ReplayChannels;
 
-ReplayChannels channels_of(const Options& options, const tools::replay::Plan& plan) {
+ReplayChannels channels_of(const Options& options, const caller::Slot& slot,
+                           const tools::replay::Plan& plan) {
   std::set<fabric::ChannelKey> recorded;
   for (const tools::replay::PlannedCall& call : plan.calls) {
     recorded.insert(call.channel);
   }
-  const auto asked = channels_asked(options, recorded);
+  const auto asked = channels_asked(options, slot, recorded);
   check_free(options, asked);
   ReplayChannels channels;
   for (const auto& [channel, key] : asked) {
@@ -31,10 +32,11 @@ ReplayChannels channels_of(const Options& options, const tools::replay::Plan& pl
 }  // namespace
 
 int to_services(const Options& options, const tools::replay::Plan& plan) {
-  const ReplayChannels channels = channels_of(options, plan);
   fabric::dds::Participant participant(options.fabric.options());
+  const caller::Slot slot("replay", participant.options());
+  const ReplayChannels channels = channels_of(options, slot, plan);
   ReplayRun run(options, plan, tools::replay::Side::service);
-  tools::replay::ToServices stage(participant, run.io().get_executor(), plan, channels, run);
+  tools::replay::ToServices stage(participant, run.io().get_executor(), slot, plan, channels, run);
   if (!run.wait_until_there([&] { return stage.missing(); })) {
     return program::exit_failed;
   }

@@ -265,7 +265,8 @@ std::optional<fabric::Outcome> Web::issue(const fabric::Command& command) {
 /// In one of the threads for calls; likewise. It acts as no machine of the plant: that would
 /// disturb the machine's own calls.
 boost::json::object Web::call(const actions::ServiceCall& wanted) {
-  caller::Order order{.key = {caller::unique_machine("call"), wanted.channel},
+  const caller::Slot slot("call", participant.options());
+  caller::Order order{.key = {slot.machine(), wanted.channel},
                       .uuid = wanted.uuid,
                       .text = wanted.text,
                       .state = wanted.state,
@@ -273,7 +274,7 @@ boost::json::object Web::call(const actions::ServiceCall& wanted) {
   if (!wanted.machine.empty()) {
     order.as = fabric::ChannelKey{wanted.machine, wanted.channel};
   }
-  return caller::json_of(order, caller::OneCall(participant, order).run());
+  return caller::json_of(order, caller::OneCall(participant, slot, order).run());
 }
 
 std::string Web::metrics_text() const {

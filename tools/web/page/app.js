@@ -151,6 +151,14 @@ async function showRoute(isFirst) {
 
 // --- what changes
 
+/** How long a pressed pointer holds the page: nothing moves under it, so that a click ends where it began. */
+const longestPressMs = 5000;
+let pressedSince = -Infinity;
+addEventListener('pointerdown', () => { pressedSince = performance.now(); }, true);
+for (const end of ['pointerup', 'pointercancel', 'blur']) {
+  addEventListener(end, () => { pressedSince = -Infinity; schedule(); }, true);
+}
+
 let scheduled = false;
 
 /** Shows all changes of one frame together. */
@@ -177,6 +185,9 @@ function tellState(level, count) {
 }
 
 function update() {
+  if (performance.now() - pressedSince < longestPressMs) {
+    return;
+  }
   const { model } = app;
   updateConnection();
   // The tab shows it in every view.

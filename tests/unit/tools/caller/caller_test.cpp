@@ -1,6 +1,10 @@
 #include "tools/caller/caller.hpp"
 
 #include <atomic>
+#include <optional>
+#include <set>
+#include <utility>
+#include <vector>
 
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
@@ -90,7 +94,7 @@ fabric::Request published(const Actions& actions) {
 }
 
 TEST(Calls, DispatchesACallToAnInstanceAndEndsItWithItsReply) {
-  Calls sut(7);
+  Calls sut({7, 0});
   sut.on_instance_ready(instance(3), at(0ms));
   const auto id = sut.add(order(1), at(1ms));
   ASSERT_TRUE(id.has_value());
@@ -105,7 +109,7 @@ TEST(Calls, DispatchesACallToAnInstanceAndEndsItWithItsReply) {
 }
 
 TEST(Calls, ReplacesAnAnsweredRequestOrWithdrawsItAfterASecond) {
-  Calls sut(7);
+  Calls sut({7, 0});
   sut.on_instance_ready(instance(3), at(0ms));
   for (const auto time : {1ms, 900ms, 1800ms}) {
     ASSERT_TRUE(sut.add(order(1), at(time)).has_value());
@@ -120,7 +124,7 @@ TEST(Calls, ReplacesAnAnsweredRequestOrWithdrawsItAfterASecond) {
 }
 
 TEST(Calls, WithdrawsAllRequestsWhenItLeaves) {
-  Calls sut(7);
+  Calls sut({7, 0});
   sut.on_instance_ready(instance(3), at(0ms));
   ASSERT_TRUE(sut.add(order(1), at(0ms)).has_value());
   sut.on_reply(reply_to(published(sut.take_actions()), "2"), at(1ms));
@@ -131,7 +135,7 @@ TEST(Calls, WithdrawsAllRequestsWhenItLeaves) {
 }
 
 TEST(Calls, WaitsForAnInstanceThatComesLater) {
-  Calls sut(7);
+  Calls sut({7, 0});
   ASSERT_TRUE(sut.add(order(1), at(0ms)).has_value());
   EXPECT_THAT(words(sut.take_actions()), IsEmpty());
   sut.on_instance_ready(instance(3), at(100ms));
@@ -139,7 +143,7 @@ TEST(Calls, WaitsForAnInstanceThatComesLater) {
 }
 
 TEST(Calls, CountsTheTimeSinceTheDispatchAndNotTheSearchForAnInstance) {
-  Calls sut(7);
+  Calls sut({7, 0});
   const auto id = sut.add(order(1), at(0ms));
   ASSERT_TRUE(id.has_value());
   EXPECT_FALSE(sut.is_given_out(*id));
@@ -156,7 +160,7 @@ TEST(Calls, CountsTheTimeSinceTheDispatchAndNotTheSearchForAnInstance) {
 }
 
 TEST(Calls, StayDispatchedWhileTheirInstanceDrains) {
-  Calls sut(7);
+  Calls sut({7, 0});
   sut.on_instance_ready(instance(3), at(0ms));
   const auto id = sut.add(order(1), at(1ms));
   auto leaving = instance(3);
@@ -167,7 +171,7 @@ TEST(Calls, StayDispatchedWhileTheirInstanceDrains) {
 }
 
 TEST(Calls, ChoosesTheInstanceByTheScopeOfAnotherChannel) {
-  Calls sut(7);
+  Calls sut({7, 0});
   sut.on_instance_ready(instance(3), at(0ms));
   sut.on_instance_ready(instance(4, {{"cnc", 2}}), at(0ms));
   Order replayed = order(1);
@@ -177,7 +181,7 @@ TEST(Calls, ChoosesTheInstanceByTheScopeOfAnotherChannel) {
 }
 
 TEST(Calls, ReportsWhatItWaitedForAfterItsTimeout) {
-  Calls sut(7);
+  Calls sut({7, 0});
   ASSERT_TRUE(sut.add(order(1), at(0ms)).has_value());
   EXPECT_EQ(sut.next_time(), at(5s).steady);
   sut.on_time(at(4999ms));
@@ -189,7 +193,7 @@ TEST(Calls, ReportsWhatItWaitedForAfterItsTimeout) {
 }
 
 TEST(Calls, WithdrawsACallFromAnInstanceThatDoesNotAnswerInTime) {
-  Calls sut(7);
+  Calls sut({7, 0});
   sut.on_instance_ready(instance(3), at(0ms));
   ASSERT_TRUE(sut.add(order(1), at(0ms)).has_value());
   const fabric::Request request = published(sut.take_actions());
@@ -201,7 +205,7 @@ TEST(Calls, WithdrawsACallFromAnInstanceThatDoesNotAnswerInTime) {
 }
 
 TEST(Calls, DispatchesTheCallOfALostInstanceToAnotherOne) {
-  Calls sut(7);
+  Calls sut({7, 0});
   sut.on_instance_ready(instance(3), at(0ms));
   ASSERT_TRUE(sut.add(order(1), at(0ms)).has_value());
   const fabric::Request first = published(sut.take_actions());
@@ -216,7 +220,7 @@ TEST(Calls, DispatchesTheCallOfALostInstanceToAnotherOne) {
 }
 
 TEST(Calls, DoesNotRepeatACallThatMayRunAtMostOnce) {
-  Calls sut(7);
+  Calls sut({7, 0});
   auto once = instance(3);
   once.delivery = fabric::Delivery::at_most_once;
   sut.on_instance_ready(once, at(0ms));
@@ -230,7 +234,7 @@ TEST(Calls, DoesNotRepeatACallThatMayRunAtMostOnce) {
 }
 
 TEST(Calls, AcceptsOneCallAtATimeInAChannel) {
-  Calls sut(7);
+  Calls sut({7, 0});
   sut.on_instance_ready(instance(3), at(0ms));
   const auto first = sut.add(order(1), at(0ms));
   const auto second = sut.add(order(1), at(1ms));
@@ -243,7 +247,7 @@ TEST(Calls, AcceptsOneCallAtATimeInAChannel) {
 }
 
 TEST(Calls, ShowsInterimRepliesAndContinues) {
-  Calls sut(7);
+  Calls sut({7, 0});
   sut.on_instance_ready(instance(3), at(0ms));
   ASSERT_TRUE(sut.add(order(1), at(0ms)).has_value());
   fabric::Reply interim = reply_to(published(sut.take_actions()), "half");
@@ -254,7 +258,7 @@ TEST(Calls, ShowsInterimRepliesAndContinues) {
 }
 
 TEST(Calls, IgnoresRepliesOfOtherInstances) {
-  Calls sut(7);
+  Calls sut({7, 0});
   sut.on_instance_ready(instance(3), at(0ms));
   ASSERT_TRUE(sut.add(order(1), at(0ms)).has_value());
   fabric::Reply reply = reply_to(published(sut.take_actions()), "2");
@@ -264,7 +268,7 @@ TEST(Calls, IgnoresRepliesOfOtherInstances) {
 }
 
 TEST(Calls, RefusesWhatIsNoCall) {
-  Calls sut(7);
+  Calls sut({7, 0});
   Order stateless = order(1);
   stateless.state = 0;
   EXPECT_THAT(sut.add(stateless, at(0ms)).error(), HasSubstr("state 0"));
@@ -292,11 +296,12 @@ class CallerTest : public testing::Test {
   Listener listener;
   fabric::dds::Participant participant{{.domain = domain.number()}};
   const base::program::Log log = base::program::no_log();
-  const fabric::ChannelKey key{unique_machine("call"), 1};
+  const Slot slot{"call", participant.options()};
+  const fabric::ChannelKey key{slot.machine(), 1};
 };
 
 TEST_F(CallerTest, CallsAServiceThatStartsLater) {
-  Caller sut(participant, io.get_executor(), listener);
+  Caller sut(participant, io.get_executor(), listener, slot);
   const auto call = sut.call(order("2"));
   ASSERT_TRUE(call.has_value());
   std::atomic<bool> marked = false;
@@ -330,7 +335,7 @@ TEST_F(CallerTest, CancelsARunningHandlerWhenItIsGone) {
                   }),
                   log);
   {
-    Caller sut(participant, io.get_executor(), listener);
+    Caller sut(participant, io.get_executor(), listener, slot);
     ASSERT_TRUE(sut.call(order("2")).has_value());
     ASSERT_TRUE(run_until(io, [&] { return started.load(); }));
   }
@@ -339,7 +344,7 @@ TEST_F(CallerTest, CancelsARunningHandlerWhenItIsGone) {
 }
 
 TEST_F(CallerTest, EndsACallAfterItsTimeout) {
-  Caller sut(participant, io.get_executor(), listener);
+  Caller sut(participant, io.get_executor(), listener, slot);
   Order hasty = order("2");
   hasty.patience = 50ms;
   ASSERT_TRUE(sut.call(hasty).has_value());
@@ -356,9 +361,44 @@ TEST(CallerChannel, IsRefusedWhileAGatewayServesItsMachine) {
   EXPECT_EQ(reason_taken(live, {"call.1", 1}), std::nullopt);
 }
 
-TEST(CallerChannel, NamesAreUnique) {
-  EXPECT_NE(unique_machine("call"), unique_machine("call"));
-  EXPECT_THAT(unique_machine("call"), testing::StartsWith("call."));
+class CallerSlot : public testing::Test {
+ protected:
+  tests::Domain domain;
+  const fabric::dds::ParticipantOptions options{.domain = domain.number()};
+};
+
+TEST_F(CallerSlot, BelongsToOneCallerAtATime) {
+  // More than there are slots.
+  std::vector<Slot> suts;
+  std::set<std::uint64_t> epochs;
+  std::set<std::string> machines;
+  for (int count = 0; count < Slot::most + 10; ++count) {
+    const Slot& sut = suts.emplace_back("call", options);
+    epochs.insert(sut.before_first().epoch);
+    machines.insert(sut.machine());
+  }
+  EXPECT_EQ(epochs.size(), suts.size());
+  EXPECT_EQ(machines.size(), suts.size());
+}
+
+TEST_F(CallerSlot, IsContinuedByTheNextCaller) {
+  std::optional<Slot> first(std::in_place, "call", options);
+  const std::string machine = first->machine();
+  EXPECT_THAT(machine, testing::MatchesRegex("call\\.[0-9a-f]{8}"));
+  const fabric::CallId id = first->before_first();
+  first.reset();
+  const Slot sut("replay", options);
+  EXPECT_EQ(sut.machine().substr(sut.machine().find('.')), machine.substr(machine.find('.')));
+  EXPECT_EQ(sut.before_first().epoch, id.epoch);
+  EXPECT_GT(sut.before_first().number, id.number);
+}
+
+TEST_F(CallerSlot, IsOneOfItsFabric) {
+  fabric::dds::ParticipantOptions other = options;
+  other.fabric = "other";
+  const std::uint64_t epoch = Slot("call", options).before_first().epoch;
+  EXPECT_NE(Slot("call", other).before_first().epoch, epoch);
+  EXPECT_EQ(Slot("call", options).before_first().epoch, epoch);
 }
 
 }  // namespace
