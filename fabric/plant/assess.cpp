@@ -1,6 +1,7 @@
 #include "fabric/plant/assess.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <set>
@@ -42,6 +43,7 @@ Message heading_of(const Alarm& alarm) {
       {"gauge_line", messages::what_gauge_line()},
       {"gauge", messages::what_gauge()},
       {"endpoint", messages::what_endpoint()},
+      {"script", messages::what_script()},
       {"write", messages::what_write()},
       {"queue", messages::what_queue()},
       {"queue_filling", messages::what_queue_filling()},
@@ -73,6 +75,19 @@ Message restart_of(const MachineStatus& last) {
   }
 }
 
+bool is_same_controller(const MachineStatus& one, const MachineStatus& other) {
+  // Each host has a loopback address of its own.
+  const bool is_of_a_host = one.address.starts_with("127.") || one.address.starts_with("localhost");
+  return one.address == other.address && (!is_of_a_host || one.host == other.host);
+}
+
+bool claim_a_common_channel(const MachineStatus& one, const MachineStatus& other) {
+  return one.claims.empty() || other.claims.empty() ||
+         std::ranges::any_of(one.claims, [&](std::uint16_t channel) {
+           return std::ranges::find(other.claims, channel) != other.claims.end();
+         });
+}
+
 class Assessment {
  public:
   Assessment(const Plant& plant, Time now, const View& view)
@@ -81,6 +96,7 @@ class Assessment {
   std::vector<Concern> run() {
     add_gateways();
     add_links();
+    add_controllers_served_twice();
     add_journals();
     for (const auto& [key, status] : plant_.channels()) {
       add_channel(status);
@@ -188,6 +204,28 @@ class Assessment {
              .why = status.reason,
              .todo = {messages::check_link(status.address, status.host)},
              .cause = "link down " + machine});
+      }
+    }
+  }
+
+  /// A copied configuration: two gateways do not know of each other, since each has another name
+  /// for the machine.
+  void add_controllers_served_twice() {
+    for (auto one = plant_.machines().begin(); one != plant_.machines().end(); ++one) {
+      for (auto other = std::next(one); other != plant_.machines().end(); ++other) {
+        const MachineStatus& a = one->second;
+        const MachineStatus& b = other->second;
+        if (a.machine == b.machine || !a.connected || !b.connected || !is_same_controller(a, b) ||
+            !claim_a_common_channel(a, b)) {
+          continue;
+        }
+        put({.kind = Kind::alarm,
+             .machines = {a.machine, b.machine},
+             .since = std::max(a.since, b.since),
+             .what = messages::what_same_controller(),
+             .why = messages::same_controller(a.host, b.host, a.address),
+             .todo = {messages::correct_controller()},
+             .cause = fmt::format("same controller {} {}", a.machine, b.machine)});
       }
     }
   }
