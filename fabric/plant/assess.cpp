@@ -1,10 +1,10 @@
 #include "fabric/plant/assess.hpp"
 
 #include <algorithm>
-#include <iterator>
 #include <map>
 #include <optional>
 #include <set>
+#include <string_view>
 #include <tuple>
 #include <utility>
 
@@ -75,10 +75,11 @@ Message restart_of(const MachineStatus& last) {
   }
 }
 
+/// Of two machines with one address.
 bool is_same_controller(const MachineStatus& one, const MachineStatus& other) {
   // Each host has a loopback address of its own.
   const bool is_of_a_host = one.address.starts_with("127.") || one.address.starts_with("localhost");
-  return one.address == other.address && (!is_of_a_host || one.host == other.host);
+  return !is_of_a_host || one.host == other.host;
 }
 
 bool claim_a_common_channel(const MachineStatus& one, const MachineStatus& other) {
@@ -211,22 +212,26 @@ class Assessment {
   /// A copied configuration: two gateways do not know of each other, since each has another name
   /// for the machine.
   void add_controllers_served_twice() {
-    for (auto one = plant_.machines().begin(); one != plant_.machines().end(); ++one) {
-      for (auto other = std::next(one); other != plant_.machines().end(); ++other) {
-        const MachineStatus& a = one->second;
-        const MachineStatus& b = other->second;
-        if (a.machine == b.machine || !a.connected || !b.connected || !is_same_controller(a, b) ||
-            !claim_a_common_channel(a, b)) {
-          continue;
-        }
-        put({.kind = Kind::alarm,
-             .machines = {a.machine, b.machine},
-             .since = std::max(a.since, b.since),
-             .what = messages::what_same_controller(),
-             .why = messages::same_controller(a.host, b.host, a.address),
-             .todo = {messages::correct_controller()},
-             .cause = fmt::format("same controller {} {}", a.machine, b.machine)});
+    std::multimap<std::string_view, const MachineStatus*> earlier;
+    for (const auto& [key, status] : plant_.machines()) {
+      if (!status.connected || status.address.empty()) {
+        continue;
       }
+      const auto [first, last] = earlier.equal_range(status.address);
+      for (auto each = first; each != last; ++each) {
+        const MachineStatus& other = *each->second;
+        if (other.machine != status.machine && is_same_controller(other, status) &&
+            claim_a_common_channel(other, status)) {
+          put({.kind = Kind::alarm,
+               .machines = {other.machine, status.machine},
+               .since = std::max(other.since, status.since),
+               .what = messages::what_same_controller(),
+               .why = messages::same_controller(other.host, status.host, status.address),
+               .todo = {messages::correct_controller()},
+               .cause = fmt::format("same controller {} {}", other.machine, status.machine)});
+        }
+      }
+      earlier.emplace(status.address, &status);
     }
   }
 
