@@ -239,14 +239,15 @@ int main(int argc, char** argv) {
   return program::run(app, argc, argv, [&] {
     options.check = app.count("--check") > 0;
     options.config = options.checked.empty() ? options.config : options.checked;
-    const Settings settings = resolve(options, fabric.options());
-    check_machines(settings.machines, settings.join);
     if (options.ask && !options.check) {
       throw program::UsageError("--ask needs --check");
     }
     if (options.check) {
-      return check(settings, options.ask);
+      // Without the fabric: who checks the file has not the credentials of the unit.
+      return check(resolve(options, {}), options.ask);
     }
+    const Settings settings = resolve(options, fabric.options());
+    check_machines(settings.machines, settings.join);
     return serve(settings, options, program::make_log("gateway", options.log_level));
   });
 }

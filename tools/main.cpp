@@ -1,5 +1,6 @@
 // millrace: the operator's command.
 #include "base/program/command_line.hpp"
+#include "fabric/dds/configuration.hpp"
 #include "tools/commands/calls/calls.hpp"
 #include "tools/commands/controller/controller.hpp"
 #include "tools/commands/data/data.hpp"
@@ -54,6 +55,9 @@ int main(int argc, char** argv) {
     }
   }
   std::vector<std::string> words = word_order({argv + 1, argv + argc});
+  if (words.front() != "web" && words.front() != "record") {
+    millrace::fabric::dds::hide_rejections();
+  }
   std::vector<char*> ordered{argv[0]};
   for (std::string& word : words) {
     ordered.push_back(word.data());

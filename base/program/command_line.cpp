@@ -204,7 +204,8 @@ int run(CLI::App& app, int argc, char** argv, const std::function<int()>& body) 
   set_formatter(app, std::make_shared<ExamplesFirst>());
   refuse_negative(app);
   if (app.get_version_ptr() == nullptr) {
-    app.set_version_flag("--version", fmt::format("{} {}", name, version_and_commit()));
+    app.set_version_flag("--version", fmt::format("{} {}", name, version_and_commit()),
+                         "Print the version and exit");
   }
   if (const std::string page = page_of(app, name, argc, argv); !page.empty()) {
     fmt::print("{}", page);

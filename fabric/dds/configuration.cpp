@@ -1,6 +1,7 @@
 #include "fabric/dds/configuration.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
@@ -164,6 +165,8 @@ std::string why_not_joined(std::uint32_t domain, std::string_view reason, std::s
     why +=
         "; other processes have all places of this host: raise processes_per_host in the fabric's "
         "profile, on all hosts (in CYCLONEDDS_URI it is MaxAutoParticipantIndex), or end one";
+  } else if (log.find("does not match an available interface") != std::string_view::npos) {
+    why += "; correct `interface` in the fabric's profile: `ip address` lists those of this host";
   } else if (!uri.empty()) {
     why += fmt::format(
         "; CYCLONEDDS_URI applies, since no profile (--fabric-config) configures the network: "
@@ -195,11 +198,13 @@ Log& log() {
 /// is deleted here.
 constexpr std::string_view deleted_already = "dds_participant_delete: internal error -3";
 
+std::atomic<bool> hides_rejections = false;
+
 void write(void*, const dds_log_data_t* data) noexcept {
   base::program::contain("writing the log of Cyclone DDS", [&] {
     const std::string_view header(data->message - data->hdrsize, data->hdrsize);
     const std::string text(data->message, data->size);
-    if (text.starts_with(deleted_already)) {
+    if (text.starts_with(deleted_already) || (hides_rejections && is_rejection(text))) {
       return;
     }
     const std::lock_guard guard(log().lock);
@@ -225,6 +230,14 @@ std::string kind_of_line(std::string_view text) {
     text.remove_prefix(std::min(end + 1, text.size()));
   }
   return kind;
+}
+
+void hide_rejections() {
+  hides_rejections = true;
+}
+
+bool is_rejection(std::string_view line) {
+  return line.find("Process handshake failed") != std::string_view::npos;
 }
 
 void take_cyclone_log() {

@@ -44,6 +44,10 @@ std::string why_not_joined(std::uint32_t domain, std::string_view reason, std::s
 
 /// Installs this for the whole process.
 void take_cyclone_log();
+/// For commands that a person reads: leaves out the lines about rejected processes, which `millrace
+/// doctor` reports in words.
+void hide_rejections();
+bool is_rejection(std::string_view line);
 
 /// What lines of the same fault have in common: all words without digits. Words with digits are
 /// ids, ports and times.

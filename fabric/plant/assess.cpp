@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <string_view>
 #include <tuple>
 #include <utility>
 
@@ -42,6 +43,7 @@ Message heading_of(const Alarm& alarm) {
       {"gauge_line", messages::what_gauge_line()},
       {"gauge", messages::what_gauge()},
       {"endpoint", messages::what_endpoint()},
+      {"script", messages::what_script()},
       {"write", messages::what_write()},
       {"queue", messages::what_queue()},
       {"queue_filling", messages::what_queue_filling()},
@@ -73,6 +75,20 @@ Message restart_of(const MachineStatus& last) {
   }
 }
 
+/// Of two machines with one address.
+bool is_same_controller(const MachineStatus& one, const MachineStatus& other) {
+  // Each host has a loopback address of its own.
+  const bool is_of_a_host = one.address.starts_with("127.") || one.address.starts_with("localhost");
+  return !is_of_a_host || one.host == other.host;
+}
+
+bool claim_a_common_channel(const MachineStatus& one, const MachineStatus& other) {
+  return one.claims.empty() || other.claims.empty() ||
+         std::ranges::any_of(one.claims, [&](std::uint16_t channel) {
+           return std::ranges::find(other.claims, channel) != other.claims.end();
+         });
+}
+
 class Assessment {
  public:
   Assessment(const Plant& plant, Time now, const View& view)
@@ -81,6 +97,7 @@ class Assessment {
   std::vector<Concern> run() {
     add_gateways();
     add_links();
+    add_controllers_served_twice();
     add_journals();
     for (const auto& [key, status] : plant_.channels()) {
       add_channel(status);
@@ -189,6 +206,32 @@ class Assessment {
              .todo = {messages::check_link(status.address, status.host)},
              .cause = "link down " + machine});
       }
+    }
+  }
+
+  /// A copied configuration: two gateways do not know of each other, since each has another name
+  /// for the machine.
+  void add_controllers_served_twice() {
+    std::multimap<std::string_view, const MachineStatus*> earlier;
+    for (const auto& [key, status] : plant_.machines()) {
+      if (!status.connected || status.address.empty()) {
+        continue;
+      }
+      const auto [first, last] = earlier.equal_range(status.address);
+      for (auto each = first; each != last; ++each) {
+        const MachineStatus& other = *each->second;
+        if (other.machine != status.machine && is_same_controller(other, status) &&
+            claim_a_common_channel(other, status)) {
+          put({.kind = Kind::alarm,
+               .machines = {other.machine, status.machine},
+               .since = std::max(other.since, status.since),
+               .what = messages::what_same_controller(),
+               .why = messages::same_controller(other.host, status.host, status.address),
+               .todo = {messages::correct_controller()},
+               .cause = fmt::format("same controller {} {}", other.machine, status.machine)});
+        }
+      }
+      earlier.emplace(status.address, &status);
     }
   }
 

@@ -83,7 +83,7 @@ tl::expected<std::filesystem::path, std::string> credentials_of_user(
   }
   if (usable.empty()) {
     return tl::unexpected(
-        fmt::format("{} is not set: systemd sets it for units. For programs that a user starts, "
+        fmt::format("{} is not set: systemd sets it for units. For processes that a user starts, "
                     "`/usr/share/millrace/install-trust --owner USER NAME` installs credentials in "
                     "{}, where the user {} has none (docs/how-to/secure-a-network.md)",
                     credentials_of_unit, trust.string(), user));

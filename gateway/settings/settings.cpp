@@ -170,6 +170,27 @@ std::uint16_t port_of(const std::string& text, const std::string& whole) {
   return port;
 }
 
+/// A copied block: the calls of its channels would run twice.
+void check_controllers(const std::vector<MachineSettings>& machines, Mistakes& mistakes) {
+  const auto share_a_channel = [](const MachineSettings& one, const MachineSettings& other) {
+    return one.channels.empty() || other.channels.empty() ||
+           std::ranges::any_of(one.channels, [&](std::uint16_t channel) {
+             return std::ranges::find(other.channels, channel) != other.channels.end();
+           });
+  };
+  for (std::size_t i = 0; i < machines.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      const MachineSettings& earlier = machines[k];
+      mistakes.expect(
+          machines[i].address() != earlier.address() || !share_a_channel(machines[i], earlier),
+          {{"machine", static_cast<int>(i)}, {"host"}},
+          fmt::format("\"{}\" is the controller of machine \"{}\" too; expected another host or "
+                      "net_id, or other channels",
+                      machines[i].host, earlier.name));
+    }
+  }
+}
+
 /// Relative paths start at `folder`.
 Settings settings_of(const config::Gateway& config, const std::filesystem::path& folder,
                      Mistakes& mistakes) {
@@ -178,6 +199,7 @@ Settings settings_of(const config::Gateway& config, const std::filesystem::path&
   for (int i = 0; i < config.machine_size(); ++i) {
     settings.machines.push_back(reader.machine(config.machine(i), {{"machine", i}}));
   }
+  check_controllers(settings.machines, mistakes);
   settings.policies = policies_of(config, reader, mistakes);
   mistakes.expect(
       !config.journal().none() || !config.journal().has_folder(), {{"journal"}, {"none"}},

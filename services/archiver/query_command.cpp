@@ -69,7 +69,7 @@ Filter filter_from(const Flags& flags) {
     throw program::UsageError("--group and --variable need --kind sample");
   }
   if (filter.call && (filter.kind == Kind::sample || filter.kind == Kind::program)) {
-    throw program::UsageError("--call: samples and programs belong to no call");
+    throw program::UsageError("--call: samples and events of NC programs belong to no call");
   }
   if (!flags.where.empty()) {
     if (filter.kind != Kind::put) {
@@ -127,7 +127,7 @@ int query(int argc, char** argv) {
 int export_rows(int argc, char** argv) {
   static const std::map<std::string, Format> formats{{"csv", Format::csv},
                                                      {"jsonl", Format::jsonl}};
-  CLI::App app{"Writes rows of the archive for other programs", "millrace-archiver export"};
+  CLI::App app{"Writes rows of the archive as CSV or JSON", "millrace-archiver export"};
   Flags flags;
   add_flags(app, flags);
   Format format = Format::csv;

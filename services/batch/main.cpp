@@ -6,17 +6,20 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string_view>
 #include <thread>
 
 #include <fmt/format.h>
 
+#include "base/messages/catalogue.hpp"
 #include "base/program/command_tree.hpp"
 #include "base/program/log.hpp"
 #include "base/program/version.hpp"
 #include "services/batch/call.hpp"
 #include "services/batch/catalog.hpp"
 #include "services/batch/config.hpp"
+#include "services/sdk/alarms.hpp"
 #include "services/sdk/command_line.hpp"
 #include "services/sdk/file_changes.hpp"
 #include "services/sdk/host_program.hpp"
@@ -71,8 +74,9 @@ sdk::Handler answering(std::shared_ptr<const CurrentScript> script, base::progra
 /// The services of a batch configuration on the fabric. Not thread-safe.
 class Host {
  public:
-  /// `base` has the fabric and the version; each script has the rest.
-  Host(sdk::ServiceOptions base, base::program::Log log);
+  /// `base` has the fabric and the version; each script has the rest. `name` is that of the process
+  /// in alarms.
+  Host(sdk::ServiceOptions base, const std::string& name, base::program::Log log);
   /// Leaves the fabric after the running calls are answered.
   ~Host();
   Host(const Host&) = delete;
@@ -94,20 +98,27 @@ class Host {
     std::unique_ptr<sdk::Service> service;
   };
 
+  void report_absent(const std::vector<Script>& scripts);
   void start(const Script& script);
   void stop(const std::string& uuid);
 
   sdk::ServiceOptions base_;
   base::program::Log log_;
+  sdk::Alarms alarms_;
+  /// Their UUIDs.
+  std::set<std::string> absent_;
   std::map<std::string, Served> services_;
   /// Services that finish their calls; each thread ends with its service.
   std::vector<std::jthread> leaving_;
 };
 
-Host::Host(sdk::ServiceOptions base, base::program::Log log)
-    : base_(std::move(base)), log_(std::move(log)) {}
+Host::Host(sdk::ServiceOptions base, const std::string& name, base::program::Log log)
+    : base_(std::move(base)), log_(std::move(log)) {
+  alarms_.join(base_.participant, sdk::identity_of_process(name), log_);
+}
 
 Host::~Host() {
+  alarms_.leave();
   // Stops all at once, then waits for each.
   for (auto& [uuid, served] : services_) {
     served.service->stop();
@@ -120,9 +131,7 @@ void Host::serve(const std::vector<Script>& scripts) {
   for (const auto& [uuid, served] : services_) {
     before.push_back(served.script);
   }
-  for (const Script& script : absent(scripts)) {
-    log_->warn("{}", absence_of(script));
-  }
+  report_absent(scripts);
   const Changes todo = changes(before, present(scripts));
   for (const std::string& uuid : todo.stop) {
     stop(uuid);
@@ -137,6 +146,26 @@ void Host::serve(const std::vector<Script>& scripts) {
     log_->info("{} runs {} with the new configuration from now on", script.announcement.name,
                script.program.string());
   }
+}
+
+void Host::report_absent(const std::vector<Script>& scripts) {
+  constexpr const char* kind = "script";
+  std::set<std::string> absent_now;
+  for (const Script& script : absent(scripts)) {
+    const std::string& uuid = script.announcement.uuid;
+    log_->warn("{}", absence_of(script));
+    alarms_.raise({.key = {.kind = kind, .subject = uuid},
+                   .level = fabric::AlarmLevel::problem,
+                   .text = base::messages::script_unusable(script.program.string(), uuid),
+                   .advice = base::messages::restore_script()});
+    absent_now.insert(uuid);
+  }
+  for (const std::string& uuid : absent_) {
+    if (!absent_now.contains(uuid)) {
+      alarms_.clear(kind, uuid);
+    }
+  }
+  absent_ = std::move(absent_now);
 }
 
 void Host::start(const Script& script) {
@@ -187,7 +216,8 @@ std::chrono::milliseconds interval(const Config& config) {
 class Folder {
  public:
   /// Throws program::UsageError with every mistake of the file.
-  Folder(std::filesystem::path file, sdk::ServiceOptions base, program::Log log);
+  Folder(std::filesystem::path file, sdk::ServiceOptions base, const std::string& name,
+         program::Log log);
 
   /// Returns after stop(), or when an operator has drained the last service. A file with a mistake
   /// changes nothing and is logged.
@@ -210,12 +240,13 @@ class Folder {
   bool stopping_ = false;
 };
 
-Folder::Folder(std::filesystem::path file, sdk::ServiceOptions base, program::Log log)
+Folder::Folder(std::filesystem::path file, sdk::ServiceOptions base, const std::string& name,
+               program::Log log)
     : file_(std::move(file)),
       log_(log),
       config_(program::must(load(file_))),
       settle_(config_.settle, fingerprint(file_, config_.scripts), Clock::now()),
-      host_(std::move(base), std::move(log)) {
+      host_(std::move(base), name, std::move(log)) {
   host_.serve(config_.scripts);
 }
 
@@ -263,15 +294,15 @@ struct Flags {
 };
 
 void add_flags(CLI::App& app, Flags& flags) {
-  app.add_option("--exec", flags.program, "Program to run for each call")
-      ->type_name("PROGRAM")
+  app.add_option("--exec", flags.program, "Script or executable to run for each call")
+      ->type_name("SCRIPT")
       ->required();
   app.add_option("--time-limit", flags.time_limit_ms, "Longest run time in milliseconds")
       ->check(program::positive_number())
       ->capture_default_str();
   app.add_flag("--accept-empty", flags.accept_empty, "Also run it for an empty request");
   app.add_flag("--cut", flags.cut, "Answer with the first 127 bytes of longer output");
-  app.add_flag("--cp1252", flags.cp1252, "The program uses the controller's code page, not UTF-8");
+  app.add_flag("--cp1252", flags.cp1252, "The script uses the controller's code page, not UTF-8");
 }
 
 /// Throws UsageError for a missing file: without --config, no check would notice it later.
@@ -293,7 +324,7 @@ Script script_from(const Flags& flags, const sdk::ServiceOptions& options) {
 
 sdk::ServiceOptions defaults() {
   return {.name = "batch",
-          .description = "Answers calls with a program",
+          .description = "Answers calls with a script",
           .version = program::version(),
           .delivery = fabric::Delivery::at_most_once};
 }
@@ -309,7 +340,7 @@ void tell_flags_of_one(CLI::App& others) {
       continue;
     }
     const std::string name = option.names.front();
-    const auto refuse = [name] { throw CLI::ValidationError(name, "needs --exec PROGRAM"); };
+    const auto refuse = [name] { throw CLI::ValidationError(name, "needs --exec SCRIPT"); };
     const std::string description = "With --exec: " + option.description;
     CLI::Option* const told =
         option.value.empty()
@@ -318,7 +349,7 @@ void tell_flags_of_one(CLI::App& others) {
                   .add_option_function<std::string>(
                       name, [refuse](const std::string&) { refuse(); }, description)
                   ->type_name(option.value);
-    told->group("One program without a file");
+    told->group("One script without a file");
   }
 }
 
@@ -336,20 +367,20 @@ int serve_one(int argc, char** argv) {
 /// --config: many scripts, each with its UUID.
 int serve_folder(int argc, char** argv) {
   std::string file = "batch.textproto";
-  sdk::HostProgram host("Answers calls with programs and scripts", "batch", [&](CLI::App& app) {
-    app.add_option("--config", file, "Services and their programs; changes are applied at once")
+  sdk::HostProgram host("Answers calls with scripts", "batch", [&](CLI::App& app) {
+    app.add_option("--config", file, "Services and their scripts; changes are applied at once")
         ->type_name("FILE")
         ->capture_default_str();
   });
   tell_flags_of_one(host.app());
   host.app().footer(
-      "One program without a file:\n"
+      "One script without a file:\n"
       "  millrace-batch --exec ./measure.sh --uuid 3f0c8a52-7d1e-4b6f-9a35-c2e84d17b690");
   return host.run(argc, argv, [&](const sdk::HostedProcess& process) {
     const sdk::ServiceOptions options = process.services();
     std::optional<Folder> folder;
     sdk::StopSignals signals(process.log);
-    folder.emplace(file, options, process.log);
+    folder.emplace(file, options, process.name, process.log);
     signals.on_stop([&] { folder->stop(); });
     program::ready(fmt::format("{} serves {} {} of {} on domain {}", process.name, folder->size(),
                                folder->size() == 1 ? "UUID" : "UUIDs", file, process.join.domain));
@@ -367,7 +398,7 @@ std::string checked(const std::string& file) {
   for (const Script& script : missing) {
     fmt::print(stderr, "warning: {}: {}\n", file, absence_of(script));
   }
-  return fmt::format("{} {}{}", count, count == 1 ? "program" : "programs",
+  return fmt::format("{} {}{}", count, count == 1 ? "script" : "scripts",
                      missing.empty() ? "" : fmt::format(", {} not usable here", missing.size()));
 }
 

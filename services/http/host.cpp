@@ -4,10 +4,8 @@
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
-#include <unistd.h>
 
 #include "base/messages/catalogue.hpp"
-#include "base/posix/system.hpp"
 #include "base/program/supervisor.hpp"
 #include "fabric/alarm.hpp"
 #include "fabric/endpoints/command_endpoint.hpp"
@@ -27,13 +25,6 @@ constexpr milliseconds check_limit{5000};
 /// Between two looks for changed files, and at a result that could not be read.
 constexpr milliseconds look_period{250};
 constexpr const char* alarm_kind = "endpoint";
-
-fabric::InstanceIdentity identity_of_process(const std::string& name) {
-  return {.id = fabric::InstanceId::random(),
-          .name = name,
-          .host = base::posix::host_name(),
-          .pid = static_cast<std::uint32_t>(::getpid())};
-}
 
 /// The URL, if it is short enough to be a subject.
 std::string alarm_subject(const Endpoint& endpoint) {
@@ -68,7 +59,7 @@ Host::Host(const std::filesystem::path& file, const std::vector<Endpoint>& endpo
       log_(std::move(log)),
       files_(files_of(file, endpoints)),
       settle_(settle, sdk::fingerprint(files_), Clock::now()) {
-  alarms_.join(base_.participant, identity_of_process(name), log_);
+  alarms_.join(base_.participant, sdk::identity_of_process(name), log_);
   serve(endpoints);
 }
 

@@ -301,7 +301,7 @@ void Host::drain_all() {
 void Host::tell() {
   if (hosted_.size() != told_) {
     told_ = hosted_.size();
-    program::notify_supervisor(fmt::format("STATUS=serves {} LCM programs", told_));
+    program::notify_supervisor(fmt::format("STATUS=serves {} LCM processes", told_));
   }
 }
 
@@ -363,7 +363,7 @@ Config configuration(const std::string& file) {
 }
 
 std::string_view served_words(const Rules& rules) {
-  return rules.any_uuid ? "any UUID that a program announces" : "the UUIDs named";
+  return rules.any_uuid ? "any UUID that a process announces" : "the UUIDs named";
 }
 
 std::string checked(const std::string& file) {
@@ -377,10 +377,11 @@ int serve(int argc, char** argv) {
   std::string file;
   bool mirror = false;
   sdk::HostProgram lcm(
-      "Connects LCM programs to the fabric as services", "lcm", [&](CLI::App& app) {
-        app.add_option("--config", file,
-                       "Group, programs and mirror (lcm.textproto). Without it, every program on "
-                       "udpm://239.255.76.67:7667 of this host")
+      "Connects LCM processes to the fabric as services", "lcm", [&](CLI::App& app) {
+        app.add_option(
+               "--config", file,
+               "Group, services and mirror (lcm.textproto). Without it, every LCM process on "
+               "udpm://239.255.76.67:7667 of this host")
             ->type_name("FILE");
         app.add_flag("--mirror", mirror, "Publish calls and events of the fabric on LCM");
       });
@@ -405,7 +406,7 @@ int serve(int argc, char** argv) {
       shown.emplace(*hearing, *config.mirror, host->socket(), process.log);
     }
     signals.on_stop([&] { host->stop(); });
-    program::ready(fmt::format("{} serves LCM programs of {} on domain {}", process.name,
+    program::ready(fmt::format("{} serves LCM processes of {} on domain {}", process.name,
                                config.network.url, join.domain));
     host->run();
     return program::exit_done;

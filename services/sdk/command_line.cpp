@@ -82,7 +82,8 @@ ServiceProgram::ServiceProgram(ServiceOptions defaults)
     app_.set_version_flag(
         "--version",
         fmt::format("{}{}{} (millrace {})", options_.name, options_.version.empty() ? "" : " ",
-                    options_.version, program::version_and_commit()));
+                    options_.version, program::version_and_commit()),
+        "Print the version and exit");
   }
 }
 

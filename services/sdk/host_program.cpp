@@ -1,5 +1,8 @@
 #include "services/sdk/host_program.hpp"
 
+#include <unistd.h>
+
+#include "base/posix/system.hpp"
 #include "base/program/version.hpp"
 #include "services/sdk/shared_participant.hpp"
 
@@ -10,6 +13,13 @@ namespace program = base::program;
 ServiceOptions HostedProcess::services() const {
   return {.version = program::version(),
           .participant = std::make_shared<SharedParticipant>(join, log)};
+}
+
+fabric::InstanceIdentity identity_of_process(const std::string& name) {
+  return {.id = fabric::InstanceId::random(),
+          .name = name,
+          .host = base::posix::host_name(),
+          .pid = static_cast<std::uint32_t>(::getpid())};
 }
 
 ServiceOptions options_of(const Announcement& announcement, ServiceOptions shared) {
@@ -32,8 +42,7 @@ CLI::App& with_flags(CLI::App& app, const std::function<void(CLI::App&)>& add, s
                      spdlog::level::level_enum& level) {
   add(app);
   program::add_check(app);
-  app.add_option("--name", name,
-                 "Name of this process in logs; the programs that it serves have their own")
+  app.add_option("--name", name, "Name of this process in logs; its services have their own")
       ->capture_default_str();
   program::add_log_level(app, level);
   return app;

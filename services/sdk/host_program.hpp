@@ -13,6 +13,7 @@
 
 #include "base/program/command_line.hpp"
 #include "base/program/log.hpp"
+#include "fabric/messages.hpp"
 #include "fabric/profile/command_line.hpp"
 #include "services/sdk/announcement.hpp"
 #include "services/sdk/service.hpp"
@@ -30,6 +31,9 @@ struct HostedProcess {
   /// joins the fabric now. Throws std::runtime_error if the fabric cannot be joined.
   [[nodiscard]] ServiceOptions services() const;
 };
+
+/// Who reports the alarms of the process, in which no service may run.
+fabric::InstanceIdentity identity_of_process(const std::string& name);
 
 /// Those of one of these services.
 ServiceOptions options_of(const Announcement& announcement, ServiceOptions shared);

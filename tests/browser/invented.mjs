@@ -264,7 +264,7 @@ export function recordedTimeline() {
   const tooLong = { code: 'response_too_long', arguments: ['900', '127'], text: 'has 900 bytes, at most 127 fit' };
   const more = [['declined by the instance', { code: 'no_room', arguments: ['4'], text: 'it runs at most 4 calls at once' }],
     ['late reply dropped', { code: 'deadline', arguments: ['30 s'], text: 'no response within 30 s; the NC program goes on waiting' }],
-    ['reply refused', { code: 'refused_with_state', arguments: [{ code: 'answer_of_service', arguments: [tooLong], text: 'the service\'s answer' }, '3'], text: 'the program gets state 3' }],
+    ['reply refused', { code: 'refused_with_state', arguments: [{ code: 'answer_of_service', arguments: [tooLong], text: 'the service\'s answer' }, '3'], text: 'the NC program gets state 3' }],
     ['withdrawn by the program', { code: 'program_withdrew', arguments: [], text: 'the NC program withdrew the request' }]];
   timeline.steps.push(...more.map(([hop, detail]) => ({ time: ago(1), hop, attempt: 2, by_service: false, instance: 'f', ...detailed(detail) })));
   return timeline;

@@ -78,10 +78,14 @@ TEST_F(IdentityTest, AGatewayDoesNotStartForAMachineThatItsCertificateDoesNotNam
                 std::to_string(sut.domain())};
   const Flags who = sut.as("gateway-2");
   command.insert(command.end(), who.begin(), who.end());
-  Process gateway(std::move(command));
+  Process gateway(command);
   EXPECT_EQ(gateway.wait(), 2);
   EXPECT_THAT(gateway.error_output(),
               AllOf(HasSubstr("does not name the machine cnc"), HasSubstr("(gateway-2)")));
+  // The check is about the file; an administrator runs it without the credentials of the unit.
+  command.emplace_back("--check");
+  Process check(std::move(command));
+  EXPECT_EQ(check.wait(), 0) << check.error_output();
 }
 
 // A queue's calls are those of a machine with the name "cnc.ALARMS".

@@ -94,19 +94,36 @@ TEST_F(BatchFolder, ServesAProgramOnceItIsThere) {
   EXPECT_TRUE(caller.await_no_instance(echo_uuid));
 }
 
+TEST_F(BatchFolder, HasAnAlarmUntilItsScriptCanBeRun) {
+  const auto is_reported = [&] {
+    Process status(
+        {binary("millrace"), "status", "--json", "--domain", std::to_string(domain.number())});
+    status.wait();
+    return status.output().find("\"script_unusable\"") != std::string::npos;
+  };
+  install("say_request.sh");
+  fs::permissions(programs / "say_request.sh", fs::perms::owner_read);
+  configure(script(echo_uuid, "say_request.sh"));
+  start();
+  await("its alarm", is_reported);
+  fs::permissions(programs / "say_request.sh", fs::perms::owner_all);
+  ASSERT_TRUE(caller.await_instance(echo_uuid));
+  await("the end of its alarm", [&] { return !is_reported(); });
+}
+
 TEST_F(BatchFolder, TheCheckWarnsOfAProgramThatCannotRun) {
   install("say_request.sh");
   configure(script(echo_uuid, "say_request.sh"));
   Process good({binary("millrace-batch"), "--check", "--config", config.string()});
   EXPECT_EQ(good.wait(), 0);
-  EXPECT_EQ(good.output(), config.string() + " is good: 1 program\n");
+  EXPECT_EQ(good.output(), config.string() + " is good: 1 script\n");
   EXPECT_EQ(good.error_output(), "");
 
   std::ofstream(programs / "not_executable.sh") << "#!/bin/sh\n";
   configure(script(echo_uuid, "not_executable.sh") + script(exit_uuid, "absent.sh"));
   Process absent({binary("millrace-batch"), "--check", "--config", config.string()});
   EXPECT_EQ(absent.wait(), 0) << "the check may run on another host";
-  EXPECT_EQ(absent.output(), config.string() + " is good: 2 programs, 2 not usable here\n");
+  EXPECT_EQ(absent.output(), config.string() + " is good: 2 scripts, 2 not usable here\n");
   for (const auto& [name, uuid] :
        {std::pair("not_executable.sh", echo_uuid), std::pair("absent.sh", exit_uuid)}) {
     EXPECT_THAT(

@@ -72,7 +72,7 @@ TEST_F(TheLint, AcceptsOneValueForEachFlag) {
 TEST_F(TheLint, ReportsWhatItExpects) {
   run({});
   EXPECT_EQ(exit_code, 2);
-  EXPECT_THAT(errors, HasSubstr("no program is named"));
+  EXPECT_THAT(errors, HasSubstr("no NC program is named"));
   run({"--off", "no-rule", programs + "complete.nc"});
   EXPECT_EQ(exit_code, 2);
   EXPECT_THAT(errors, HasSubstr("--rules"));

@@ -48,6 +48,7 @@ std::vector<Interface> interfaces_here() {
     Interface& interface = by_name[each->ifa_name];
     interface.name = each->ifa_name;
     interface.up = (each->ifa_flags & IFF_UP) != 0;
+    interface.carrier = (each->ifa_flags & IFF_RUNNING) != 0;
     interface.multicast = (each->ifa_flags & IFF_MULTICAST) != 0;
     interface.loopback = (each->ifa_flags & IFF_LOOPBACK) != 0;
     if (each->ifa_addr != nullptr && each->ifa_addr->sa_family == AF_INET &&

@@ -34,6 +34,8 @@ struct Interface {
   bool up = false;
   bool multicast = false;
   bool loopback = false;
+  /// False: no cable, or nothing at its other end.
+  bool carrier = true;
 };
 
 /// All interfaces of this host.

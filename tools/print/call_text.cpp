@@ -111,7 +111,7 @@ std::string text_of(const recording::Timeline& timeline) {
   const Step first = timeline.steps.empty() ? Step{.stage = Stage::late} : timeline.steps.front();
   const fabric::Time start = first.at;
   if (first.stage == Stage::seen) {
-    table.add({"", "", "", "written by the program", "up to one poll earlier; not timestamped"});
+    table.add({"", "", "", "written by the NC program", "up to one poll earlier; not timestamped"});
   }
   for (const Step& step : timeline.steps) {
     table.add({clock_text(step.at), duration_text(step.at - start),

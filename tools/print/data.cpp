@@ -149,7 +149,7 @@ std::string line_of(const fabric::DataSample& sample) {
 }
 
 std::string reported_by(const fabric::Alarm& alarm) {
-  return fmt::format("{} on {}, pid {}", alarm.program.empty() ? "a program" : safe(alarm.program),
+  return fmt::format("{} on {}, pid {}", alarm.program.empty() ? "a process" : safe(alarm.program),
                      safe(alarm.host), alarm.pid);
 }
 

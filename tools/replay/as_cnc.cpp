@@ -65,7 +65,7 @@ cnc::ads::Result<cnc::ads::Bytes> AsCnc::Watched::read_write(std::uint16_t port,
 
 tl::expected<cnc::simulator::Program, std::string> AsCnc::NoPrograms::load(std::string_view) {
   return tl::unexpected(
-      std::string("this controller stands in for a recording and runs no programs"));
+      std::string("this controller stands in for a recording and runs no NC programs"));
 }
 
 AsCnc::AsCnc(const boost::asio::any_io_executor& executor, const Plan& plan,

@@ -106,7 +106,7 @@ class Lcm : public testing::Test {
     }
     command.insert(command.end(), flags.begin(), flags.end());
     sut.emplace(std::move(command));
-    sut->await("^ready: lcm serves LCM programs of udpm://239.255.76.67:7667\\?ttl=0 on domain");
+    sut->await("^ready: lcm serves LCM processes of udpm://239.255.76.67:7667\\?ttl=0 on domain");
   }
   [[nodiscard]] Caller& caller() {
     if (!caller_) {

@@ -215,6 +215,8 @@ TEST(WhyNotJoined, NamesTheSettingAndHasALineForEachOfCyclones) {
   EXPECT_THAT(why, HasSubstr("CYCLONEDDS_URI applies"));
   EXPECT_THAT(why, HasSubstr("\n  Cyclone: one\n  Cyclone: two"));
   EXPECT_THAT(dds::why_not_joined(3, "Error", "one", ""), Not(HasSubstr("CYCLONEDDS_URI")));
+  EXPECT_THAT(dds::why_not_joined(3, "Error", "x: does not match an available interface.", ""),
+              HasSubstr("correct `interface`"));
 }
 
 TEST(Participant, RefusesAMisspeltSetting) {
@@ -239,6 +241,13 @@ TEST(CycloneLog, CountsLinesThatDifferInNumbersAsTheSameFault) {
   EXPECT_EQ(kind_of_line("handshake with 110c0a1:1c1 failed (code: 200)"),
             kind_of_line("handshake with 8f00001:22 failed (code: 201)"));
   EXPECT_NE(kind_of_line("subject: /O=plant/CN=press"), kind_of_line("subject: /O=plant/CN=lathe"));
+}
+
+TEST(CycloneLog, KnowsTheLinesAboutRejectedProcesses) {
+  EXPECT_TRUE(
+      is_rejection("fsm: Process handshake failed: Certificate not valid: error: "
+                   "certificate revoked; subject: /O=pki/CN=square-root(code: 200)"));
+  EXPECT_FALSE(is_rejection("failed to send to udp/239.255.0.1:7400"));
 }
 
 TEST(CycloneLog, AcceptsAnyLine) {

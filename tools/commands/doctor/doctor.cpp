@@ -48,7 +48,7 @@ print::Cell role_of(const Findings& found, const Program& program) {
   for (const std::string& uuid : program.serves) {
     role += (role.empty() ? "serves " : ", ") + uuid;
   }
-  return !role.empty() ? role : program.fabrics.empty() ? "no millrace program" : "observer";
+  return !role.empty() ? role : program.fabrics.empty() ? "not a process of millrace" : "observer";
 }
 
 struct ProgramRow {
@@ -58,7 +58,7 @@ struct ProgramRow {
 
 const print::Listing<ProgramRow>& programs_listing() {
   static const print::Listing<ProgramRow> programs{
-      {"PROGRAM", "", [](const auto& row) -> print::Cell { return row.program->name; }},
+      {"PROCESS", "", [](const auto& row) -> print::Cell { return row.program->name; }},
       {"HOST", "", [](const auto& row) -> print::Cell { return row.program->host; }},
       {"PID", "", [](const auto& row) -> print::Cell { return row.program->pid; },
        print::Align::right},

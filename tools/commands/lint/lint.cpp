@@ -190,7 +190,7 @@ int check(const Options& options) {
     return base::program::exit_done;
   }
   if (options.programs.empty()) {
-    throw UsageError("no program is named; expected FILE…, or - for standard input");
+    throw UsageError("no NC program is named; expected FILE…, or - for standard input");
   }
   std::vector<checks::Source> programs;
   programs.reserve(options.programs.size());
@@ -218,11 +218,11 @@ void add_lint(CLI::App& app, Chosen& chosen) {
   CLI::App& command = add_subcommand(app, "lint", "Check NC programs before they run",
                                      "millrace lint --live part.nc");
   auto options = std::make_shared<Options>(command);
-  command.add_option("programs", options->programs, "NC programs; - is standard input");
+  command.add_option("FILE", options->programs, "NC programs; - is standard input");
   // Each may be repeated, and does not take a program for its next value.
   command
       .add_option("--path", options->folders,
-                  "Folder of subprograms and cycles, before the one of the program")
+                  "Folder of subprograms and cycles, before that of the NC program")
       ->type_name("DIR")
       ->allow_extra_args(false);
   command.add_option("--uuid", options->uuids, "UUID of a known service")->allow_extra_args(false);

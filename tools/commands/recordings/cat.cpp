@@ -28,8 +28,8 @@ int print_entries(const CatOptions& options) {
         }
       });
   if (report_read.foreign > 0) {
-    fmt::print(stderr, "{}: {} messages of other programs are not shown\n", options.file.string(),
-               report_read.foreign);
+    fmt::print(stderr, "{}: {} messages of other applications are not shown\n",
+               options.file.string(), report_read.foreign);
   }
   return report(options.file, report_read.problems, report_read.has_read);
 }

@@ -225,9 +225,8 @@ int data(const Options& options) {
   if (plan.channels().empty()) {
     recordings::report(options.file, read.problems, read.has_read);
     throw program::UsageError(
-        fmt::format("{} has no machine data and no event of a program that passes the filters; "
-                    "'millrace recording "
-                    "ls' lists what it has",
+        fmt::format("{} has no machine data and no event of an NC program that passes the filters; "
+                    "'millrace recording info' lists what it has",
                     options.file.string()));
   }
   const caller::Slot slot("replay", options.fabric.options());

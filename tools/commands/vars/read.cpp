@@ -41,7 +41,7 @@ void add_read(CLI::App& vars, const Machine& machine, Chosen& chosen) {
   command
       .add_option(
           "NAME", options->names,
-          "A variable, as the program writes it; an array is read as a whole without index. "
+          "A variable, as an NC program writes it; an array is read as a whole without index. "
           "Through a gateway also an object: block_number, mc_active_feed_override_r")
       ->required();
   run_if_chosen(command, chosen, options, [](const auto& wanted) {

@@ -51,7 +51,7 @@ void add_write(CLI::App& vars, const Machine& machine, Chosen& chosen) {
                                      "millrace vars cnc write V.E.LIMIT -3.5\n"
                                      "  millrace vars cnc write V.E.TABLE 1 2 3");
   auto options = std::make_shared<WriteOptions>(command, machine);
-  command.add_option("NAME", options->value.name, "A variable, as the program writes it")
+  command.add_option("NAME", options->value.name, "A variable, as an NC program writes it")
       ->required();
   command
       .add_option("VALUE", options->first,
@@ -61,7 +61,7 @@ void add_write(CLI::App& vars, const Machine& machine, Chosen& chosen) {
   // As extras: an option with several values takes "[1,2]" for two of them.
   command.allow_extras();
   command.add_flag("--force", options->value.force,
-                   "With --direct: also what is READ_ONLY for programs, and V.G.SERVICE.*");
+                   "With --direct: also what is READ_ONLY for NC programs, and V.G.SERVICE.*");
   command.callback([options, &command, &chosen] {
     bool flags_are_over = false;
     options->value.values = {options->first};

@@ -34,7 +34,7 @@ Report::Message program_text(const Announcement& who) {
   if (!name.empty() && !who.host.empty() && !who.pid.empty()) {
     return messages::process_on_host(safe(name), safe(who.host), safe(who.pid));
   }
-  return fmt::format("{}{}{}", name.empty() ? "a program" : safe(name),
+  return fmt::format("{}{}{}", name.empty() ? "a process" : safe(name),
                      who.host.empty() ? "" : " on " + safe(who.host),
                      who.pid.empty() ? "" : ", pid " + safe(who.pid));
 }

@@ -73,6 +73,8 @@ void at_the_interface(const Findings& found, Report& report) {
   } else if (!own->up) {
     report.problem(messages::interface_down(safe(own->name)),
                    messages::set_interface_up(safe(own->name)));
+  } else if (!own->carrier) {
+    report.problem(messages::interface_without_carrier(safe(own->name)), messages::check_cable());
   } else if (own->address.empty()) {
     report.problem(messages::interface_without_address(safe(own->name)),
                    messages::add_address(safe(own->name)));

@@ -109,7 +109,7 @@ std::string Metrics::text(const plant::PlantModel& plant, const ProgramFigures& 
 void Metrics::put_calls(Families& families) const {
   Family calls = families.counter("millrace_calls_total",
                                   "Ended calls of NC programs: answered with a normal state or "
-                                  "with another one, failed, or withdrawn by the program.");
+                                  "with another one, failed, or withdrawn by the NC program.");
   for (const auto& [labels, count] : calls_) {
     const auto& [service, machine, result] = labels;
     calls.add({{"service", service}, {"machine", machine}, {"result", result}},

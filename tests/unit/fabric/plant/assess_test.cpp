@@ -318,6 +318,28 @@ TEST_F(AnAssessment, HasNoConcernForAGatewayThatStandsBy) {
   EXPECT_THAT(kinds(), IsEmpty());
 }
 
+TEST_F(AnAssessment, HasAControllerThatTwoGatewaysServeUnderDifferentNames) {
+  const auto add = [&](const std::string& name, std::uint8_t gateway, const std::string& address,
+                       std::vector<std::uint16_t> channels = {}) {
+    auto status = machine_status(name, true);
+    status.gateway = id(gateway);
+    status.address = address;
+    status.claims = std::move(channels);
+    status.host = "hall-" + std::to_string(gateway);
+    plant.add(entry(status));
+  };
+  add("mill", 1, "10.0.0.5:48898, 10.0.0.5.1.1");
+  add("lathe", 2, "10.0.0.6:48898, 10.0.0.6.1.1", {1});
+  add("lathe_too", 3, "10.0.0.6:48898, 10.0.0.6.1.1", {2});
+  add("virtual_1", 4, "127.0.0.1:48898, 127.0.0.1.1.1");
+  add("virtual_2", 5, "127.0.0.1:48898, 127.0.0.1.1.1");
+  EXPECT_THAT(kinds(), IsEmpty());
+  add("copied", 6, "10.0.0.5:48898, 10.0.0.5.1.1", {2});
+  EXPECT_THAT(kinds(), ElementsAre("act alarm copied, mill"));
+  EXPECT_EQ(found[0].why,
+            messages::same_controller("hall-6", "hall-1", "10.0.0.5:48898, 10.0.0.5.1.1"));
+}
+
 TEST_F(AnAssessment, KnowsAFabricWithoutAnyGateway) {
   plant = {};
   EXPECT_THAT(kinds(), ElementsAre("act no gateway "));

@@ -97,6 +97,9 @@ TEST_F(TheDoctor, ReportsWhatIsWrongWithTheInterface) {
   found.interfaces[1].up = false;
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "eth0 is down", "ip link set eth0 up")));
   found.interfaces[1].up = true;
+  found.interfaces[1].carrier = false;
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "eth0 has no carrier", "cable")));
+  found.interfaces[1].carrier = true;
   found.interfaces[1].multicast = false;
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "eth0 has no multicast", "peers")));
   found.obstacle = "eth0: does not match an available interface";
@@ -348,9 +351,9 @@ TEST_F(TheDoctor, CountsAProgramOfAnotherVendorToTheHostOfItsAddress) {
   add_healthy_plant();
   add_program(9, "foreign").host.clear();
   found.programs.back().addresses = "udp/10.77.0.2:7410";
-  EXPECT_THAT(sut(), Contains(is(Severity::fine, "3 other programs on 2 hosts")));
+  EXPECT_THAT(sut(), Contains(is(Severity::fine, "3 other processes on 2 hosts")));
   found.programs.back().addresses = "udp/10.77.0.3:7410";
-  EXPECT_THAT(sut(), Contains(is(Severity::fine, "3 other programs on 3 hosts")));
+  EXPECT_THAT(sut(), Contains(is(Severity::fine, "3 other processes on 3 hosts")));
 }
 
 TEST_F(TheDoctor, NamesAnInstanceThatSendsNoHeartbeat) {
