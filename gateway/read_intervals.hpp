@@ -43,24 +43,38 @@ struct ReadIntervals {
 /// What reads have shown about how one controller applies ADS writes. Its channels share it: a
 /// later response in any channel uses what an earlier one found.
 struct WriteEffects {
-  /// A read shows REQUEST_STATE = 0 after it was written; false where the kernel clears it itself
-  /// once RESPONSE_STATE is written, and no read shows 0 before that.
-  bool clearing_is_shown = true;
-  /// Answers whose 0 a read has shown, since one had to do without.
+  /// Answers whose REQUEST_STATE = 0 a read has shown, since one had to do without.
   unsigned clearings_shown = 0;
+  /// Answers in a row whose 0 no read has shown before the release: the kernel clears REQUEST_STATE
+  /// itself once RESPONSE_STATE is written, or the writes were lost.
+  unsigned clearings_unshown = 0;
   /// The longest time lately from a write's acknowledgement to the read that showed it; 0 where the
   /// first read does.
   std::chrono::nanoseconds lag{0};
 
-  /// Of an answer that is brought into a channel. A program that takes its request back shows 0,
-  /// too, so one answer is not proof; three are (our choice).
-  void note_clearing(bool was_shown) {
-    clearings_shown = clearing_is_shown ? clearings_shown + (was_shown ? 1U : 0U) : 0U;
+  /// An answer whose 0 a read has shown comes to its release. A program that takes its request back
+  /// shows 0, too, so one answer is not proof; three are (our choice).
+  void note_clearing_shown() { ++clearings_shown; }
+  /// An answer is released, and no read had shown the 0.
+  void note_clearing_unshown() {
+    ++clearings_unshown;
+    clearings_shown = 0;
   }
+  /// An answer is released after a read has shown 0.
+  void note_zero() { clearings_unshown = 0; }
   /// An answer is over whose 0 had to be written more than twice: what others have shown may have
   /// been NC resets, which show 0, too.
   void doubt_clearing() { clearings_shown = 0; }
-  [[nodiscard]] bool clearing_was_shown() const { return clearings_shown >= 3; }
+  /// How often 0 is written until a read shows it (our choice). A kernel does not change, so where
+  /// it was shown, one that is not is lost or late. Where it was not, the first three answers still
+  /// wait for it: lost writes must not decide what kind of kernel this is.
+  [[nodiscard]] unsigned most_clearings() const {
+    constexpr unsigned proof = 3;
+    if (clearings_unshown > 0) {
+      return clearings_unshown < proof ? 1 : 0;
+    }
+    return clearings_shown >= proof ? 5 : 2;
+  }
 
   /// A write was shown after this time. A single slow one is forgotten after some thirty others
   /// (our choice).

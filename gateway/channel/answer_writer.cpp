@@ -178,18 +178,23 @@ AnswerWriter::Step AnswerWriter::decide_uncleared(const ReadTime& time) {
   if (!text_last_ && !sent_.text.stands) {
     return bring(sent_.text, Step::write_response, "RESPONSE", time);
   }
-  if (clearing_is_.is_shown && sent_.zero.due_again(time)) {
-    if (sent_.zero.times < (clearing_is_.was_shown ? 5U : 2U)) {
+  if (!does_without_clearing_ && clearing_is_.most > 0) {
+    if (!sent_.zero.due_again(time)) {
+      return Step::read;
+    }
+    if (sent_.zero.times < clearing_is_.most) {
       return bring(sent_.zero, Step::clear, "REQUEST_STATE = 0", time);
     }
-    clearing_is_.is_shown = false;
-    report_.line =
-        "this controller shows REQUEST_STATE = 0 only after RESPONSE_STATE is written, if at all; "
-        "if its kernel clears REQUEST_STATE itself, set kernel_clears_request_state for this "
-        "machine, and its first response is released earlier";
+    does_without_clearing_ = true;
     report_.problem.clear();
+    if (sent_.zero.times > 1) {
+      report_.line =
+          "this controller shows REQUEST_STATE = 0 only after RESPONSE_STATE is written, if at "
+          "all; if its kernel clears REQUEST_STATE itself, set kernel_clears_request_state for "
+          "this machine, and its first responses are released earlier";
+    }
   }
-  return clearing_is_.is_shown ? Step::read : complete(time);
+  return complete(time);
 }
 
 AnswerWriter::Step AnswerWriter::complete(const ReadTime& time) {

@@ -172,20 +172,16 @@ class AnswerWriter {
 
   /// How this controller handles REQUEST_STATE.
   struct Clearing {
-    /// A read shows 0 after 0 was written; false where the kernel clears it itself once
-    /// RESPONSE_STATE is written, and no read shows 0 before that.
-    bool is_shown = true;
+    /// So many times is 0 written until a read shows it, then the answer goes on without (CLEARS).
+    /// 0: no read is awaited. On a controller that shows 0, a release that does not wait for it
+    /// lets the late 0 wipe the answer or the next request.
+    unsigned most = 2;
     /// Whether 0 is written at all; false only if the kernel's behaviour is configured.
     bool is_written = true;
-    /// Reads of earlier answers have shown 0. A kernel does not change, so a 0 that is not shown
-    /// now is lost or late: it is written five times before this is taken for the other kind of
-    /// controller, and not twice (our choice). On a controller that shows 0, a release that does
-    /// not wait for it lets the late 0 wipe the answer or the next request.
-    bool was_shown = false;
   };
   void set_clearing(Clearing clearing) { clearing_is_ = clearing; }
-  /// As set, or false once this answer has found that no read shows 0.
-  [[nodiscard]] bool clearing_is_shown() const { return clearing_is_.is_shown; }
+  /// It was written as often as that, and no read has shown 0.
+  [[nodiscard]] bool does_without_clearing() const { return does_without_clearing_; }
 
   /// `status` is what OpenCall::on_snapshot() says of this snapshot.
   Step on_read(const ServiceSnapshot& snapshot, RequestStatus status, const PendingRequest& request,
@@ -260,6 +256,8 @@ class AnswerWriter {
   bool text_last_ = false;
   Response response_;
   Clearing clearing_is_;
+  /// It goes on although no read has shown 0.
+  bool does_without_clearing_ = false;
   /// The journal knows that REQUEST_STATE is being cleared.
   bool clearing_recorded_ = false;
   Step next_ = Step::read;

@@ -149,9 +149,7 @@ bool Channel::drive_writer(Moment now) {
     return false;
   }
   const bool clears = reads_.intervals.kernel_clears_request_state;
-  writer->set_clearing({.is_shown = effects_->clearing_is_shown && !clears,
-                        .is_written = !clears,
-                        .was_shown = effects_->clearing_was_shown()});
+  writer->set_clearing({.most = clears ? 0 : effects_->most_clearings(), .is_written = !clears});
   const bool is_final = writer->kind() == AnswerWriter::Kind::final;
   switch (writer->next()) {
     case AnswerWriter::Step::read:
@@ -212,11 +210,8 @@ void Channel::report_writer() {
   if (const auto after = writer.take_shown_after()) {
     effects_->note_shown_after(*after);
   }
-  if (!reads_.intervals.kernel_clears_request_state && writer.kind() == AnswerWriter::Kind::final) {
-    // Found with this response, until another one shows the contrary.
-    bool& shown = effects_->clearing_is_shown;
-    shown = (shown && writer.clearing_is_shown()) || writer.zero_seen();
-    effects_->note_clearing(writer.clearing_was_shown());
+  if (writer.clearing_was_shown()) {
+    effects_->note_clearing_shown();
   }
 }
 
@@ -285,6 +280,11 @@ void Channel::end(bool written, const fabric::Message& detail, Moment now) {
   OpenCall& call = std::get<OpenCall>(phase_);
   AnswerWriter* const writer = call.writer();
   const bool open = written && !writer->zero_seen();
+  if (writer != nullptr && writer->zero_seen()) {
+    effects_->note_zero();
+  } else if (writer != nullptr && writer->does_without_clearing()) {
+    effects_->note_clearing_unshown();
+  }
   if (writer != nullptr && writer->clearing_took_long()) {
     effects_->doubt_clearing();
   }

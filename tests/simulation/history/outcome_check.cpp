@@ -18,7 +18,8 @@ OutcomeCheck::KnownCall* OutcomeCheck::find(const fabric::CallId& call) {
 }
 
 void OutcomeCheck::on(const Claimed& fact, Time) {
-  known_.try_emplace(fact.call, fact.call, fact.gateway);
+  known_.try_emplace(fact.call, fact.call, fact.gateway).first->second.misled |=
+      crossed_.contains(fact.key);
   last_[fact.key][fact.gateway] = fact.call;
 }
 
@@ -76,6 +77,24 @@ void OutcomeCheck::on(const WriteDone& fact, Time) {
     KnownCall* const other = gateway == fact.gateway ? nullptr : find(call);
     if (other != nullptr && !other->over) {
       other->misled = true;
+    }
+  }
+}
+
+void OutcomeCheck::on(const ProgramAsked& fact, Time) {
+  crossed_.erase(fact.key);
+}
+
+void OutcomeCheck::on(const ProgramReleased& fact, Time) {
+  if (!fact.crossed) {
+    return;
+  }
+  // The state beside the request is what a kernel that clears REQUEST_STATE shows after an interim
+  // response: the gateway writes on, and finds its response and REQUEST_STATE 0.
+  crossed_.insert(fact.key);
+  for (const auto& [gateway, call] : last_[fact.key]) {
+    if (KnownCall* const known = find(call); known != nullptr && !known->over) {
+      known->misled = true;
     }
   }
 }

@@ -42,7 +42,8 @@ class OutcomeCheck final : public Check {
     /// Its last write has taken effect.
     bool released = false;
     /// Its gateway has sent a write that may release the program, has restarted with the response,
-    /// or another gateway has written to the channel: it may take the call for answered.
+    /// another gateway has written to the channel, or an answer to an earlier request has released
+    /// the program: it may take the call for answered.
     bool misled = false;
     std::vector<fabric::Reply> replies{};
     /// Its gateway has refused a response.
@@ -60,6 +61,8 @@ class OutcomeCheck final : public Check {
   void on(const Resumed& fact, Time now);
   void on(const WriteAsked& fact, Time now);
   void on(const WriteDone& fact, Time now);
+  void on(const ProgramAsked& fact, Time now);
+  void on(const ProgramReleased& fact, Time now);
   void on(const Ended& fact, Time now);
   void on(const JournalLost& fact, Time now);
   template <typename Other>
@@ -70,6 +73,8 @@ class OutcomeCheck final : public Check {
   std::map<fabric::CallId, KnownCall> known_;
   /// The last call that each gateway has accepted in a channel.
   std::map<Key, std::map<GatewayNumber, fabric::CallId>> last_;
+  /// The channels whose newest request has ended with an answer to an earlier one.
+  std::set<Key> crossed_;
 };
 
 }  // namespace millrace::tests::simulation

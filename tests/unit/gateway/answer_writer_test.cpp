@@ -132,29 +132,29 @@ TEST_F(AWrittenAnswer, ReleasesItsProgramOnAControllerThatNeverShowsZeroAfterThr
   sut.on_written(now);
   EXPECT_EQ(wait_and_read(sut, 1999ms, all(1, 0, "1.4")), Step::read);
   EXPECT_EQ(wait_and_read(sut, 1ms, all(1, 0, "1.4")), Step::write_state);
-  EXPECT_FALSE(sut.clearing_is_shown());
+  EXPECT_TRUE(sut.does_without_clearing());
   EXPECT_FALSE(sut.zero_seen());
   EXPECT_TRUE(sut.problem().empty()) << "the cause is known";
 }
 
 TEST_F(AWrittenAnswer, WaitsLongerForZeroOnAControllerThatHasShownItBefore) {
-  sut.set_clearing({.was_shown = true});
+  sut.set_clearing({.most = 5});
   for (const auto pause : {1s, 2s, 4s, 8s}) {
     ASSERT_EQ(wait_and_read(sut, pause, all(1, 0, "1.4")), Step::clear);
     sut.on_written(now);
   }
-  EXPECT_TRUE(sut.clearing_is_shown());
+  EXPECT_FALSE(sut.does_without_clearing());
   EXPECT_EQ(wait_and_read(sut, 15999ms, all(1, 0, "1.4")), Step::read);
   EXPECT_EQ(wait_and_read(sut, 1ms, all(1, 0, "1.4")), Step::write_state);
 }
 
 TEST_F(AWrittenAnswer, ReleasesItsProgramAtOnceOnAControllerThatIsKnownNeverToShowZero) {
-  sut.set_clearing({.is_shown = false});
+  sut.set_clearing({.most = 0});
   EXPECT_EQ(read(sut, all(1, 0, "1.4")), Step::write_state);
 }
 
 TEST_F(AWrittenAnswer, ReleasesNoProgramThatWouldReadAnotherText) {
-  sut.set_clearing({.is_shown = false});
+  sut.set_clearing({.most = 0});
   for (int second = 0; second < 100; ++second) {
     EXPECT_NE(wait_and_read(sut, 1s, all(1, 0, "old")), Step::write_state);
     if (sut.next() == Step::write_response) {
@@ -253,7 +253,7 @@ TEST_F(AnAnswer, IsWrittenFromTheBeginningOnANewLinkUnlessRequestStateWasCleared
 // RESPONSE is the only write of this answer: written once more, it could answer the next request.
 TEST_F(AnAnswer, ThatMayHaveReleasedItsProgramIsNotWrittenBlindlyOnANewLink) {
   AnswerWriter sut = writer(0, fabric::CompletionSignal::response);
-  sut.set_clearing({.is_shown = false, .is_written = false});
+  sut.set_clearing({.most = 0, .is_written = false});
   ASSERT_EQ(read(sut, pending), Step::record_clearing);
   ASSERT_EQ(sut.on_recorded(true), Step::read);
   ASSERT_EQ(read(sut, pending), Step::write_response);
@@ -265,7 +265,7 @@ TEST_F(AnAnswer, ThatMayHaveReleasedItsProgramIsNotWrittenBlindlyOnANewLink) {
 
 TEST_F(AnAnswer, ToAKernelThatClearsRequestStateItselfIsWrittenWithoutClearingIt) {
   AnswerWriter sut = writer(1, fabric::CompletionSignal::response_state);
-  sut.set_clearing({.is_shown = false, .is_written = false});
+  sut.set_clearing({.most = 0, .is_written = false});
   EXPECT_EQ(read(sut, pending), Step::write_response);
   EXPECT_EQ(sut.on_written(now), Step::record_clearing);
   EXPECT_EQ(sut.on_recorded(true), Step::read);
@@ -279,7 +279,7 @@ TEST_F(AnAnswer, ToAKernelThatClearsRequestStateItselfIsWrittenWithoutClearingIt
 TEST_F(AnAnswer,
        ToAKernelThatClearsRequestStateItselfIsNotReleasedOnceMoreWhereRequestStateIsZero) {
   AnswerWriter sut = writer(1, fabric::CompletionSignal::response_state);
-  sut.set_clearing({.is_shown = false, .is_written = false});
+  sut.set_clearing({.most = 0, .is_written = false});
   read(sut, pending);
   sut.on_written(now);
   sut.on_recorded(true);
@@ -302,7 +302,7 @@ TEST_F(AnAnswer, OfAnEarlierRunThatWasNotBegunIsReleasedAlthoughItsResponseIsLat
 
 TEST_F(AnAnswer, OfAnEarlierRunToSuchAKernelIsNotReleasedWhereRequestStateIsZero) {
   AnswerWriter sut = resumed(1, true, fabric::CompletionSignal::response_state);
-  sut.set_clearing({.is_shown = false, .is_written = false});
+  sut.set_clearing({.most = 0, .is_written = false});
   EXPECT_EQ(read(sut, all(0, 0, "1.4")), Step::read);
   EXPECT_EQ(wait_and_read(sut, 1s, all(0, 0, "1.4")), Step::done);
 }

@@ -316,15 +316,41 @@ TEST_F(Visibility, ChannelsShareWhatIsKnownOfAController) {
   const tests::KernelRules rules{.kernel_clears_after = 1ms};
   const auto effects = std::make_shared<WriteEffects>();
   fixture.emplace(rules);
-  for (const bool first : {true, false}) {
+  // The first answer writes 0 twice, the two after it once.
+  for (const auto time : {3100ms, 1100ms, 1100ms, 100ms, 100ms}) {
     fixture->sut.emplace(fabric::ChannelKey{"cnc", 1}, *fixture, *fixture->context, ReadIntervals{},
                          effects);
     fixture->dispatched_call();
     reply(fixture->reply("1.414", 1));
-    fixture->wait(first ? 5s : 100ms);
+    fixture->wait(time);
     EXPECT_THAT(fixture->writes, testing::Contains("RESPONSE_STATE=1"));
     fixture->writes.clear();
   }
+  EXPECT_THAT(fixture->said,
+              testing::Contains(HasSubstr("only after RESPONSE_STATE is written")).Times(1));
+}
+
+// A regression: two lost writes made a controller one that never shows 0, and a late 0 wiped the
+// request after the next answer. Found by the simulation.
+TEST_F(Visibility, AControllerWhoseFirstZerosAreLostIsWaitedForWithTheNextAnswer) {
+  fixture.emplace(tests::KernelRules{.request_state_after = 20ms});
+  fixture->dispatched_call();
+  unsigned writes = 0;
+  fixture->write_result = [&] {
+    ++writes;
+    return WriteResult{WriteOutcome::written, writes != 2 && writes != 3};
+  };
+  reply(fixture->reply("1.414", 1));
+  fixture->wait(4s);
+  ASSERT_THAT(fixture->writes, ElementsAre("RESPONSE=1.414", "RESPONSE_STATE=1"));
+  fixture->writes.clear();
+  fixture->call("3", 2);
+  fixture->wait(100ms);
+  fixture->assign();
+  reply(fixture->reply("1.732", 1));
+  fixture->wait(100ms);
+  EXPECT_THAT(fixture->writes,
+              ElementsAre("RESPONSE=1.732", "REQUEST_STATE=0", "RESPONSE_STATE=1"));
 }
 
 // Without the wait the 0 might take effect after the answer, and wipe it or the next request.

@@ -23,7 +23,7 @@ class AReleasedAnswer : public testing::Test {
   Released released(bool zero_seen, std::uint32_t interim = 0, bool written = false) {
     written = written || zero_seen;
     AnswerWriter writer(AnswerWriter::Kind::final, Response::of("1.4", 1).value());
-    writer.set_clearing({.is_shown = zero_seen, .is_written = written});
+    writer.set_clearing({.most = zero_seen ? 2U : 0U, .is_written = written});
     writer.on_read({ReadSet::request, request.uuid, "2", 1, interim, ""}, RequestStatus::pending,
                    request, {now, now});
     writer.on_written(now);
