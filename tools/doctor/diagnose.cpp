@@ -44,8 +44,10 @@ std::vector<Diagnosis> diagnose(const Findings& findings) {
   checks::Report report;
   checks::at_the_interface(findings, report);
   if (!findings.obstacle.empty()) {
-    report.problem(messages::fabric_not_joined(findings.obstacle),
-                   messages::correct_fabric_configuration());
+    // The log of Cyclone is in lines of its own.
+    std::string obstacle = findings.obstacle;
+    std::ranges::replace(obstacle, '\n', ';');
+    report.problem(messages::fabric_not_joined(obstacle), messages::correct_fabric_configuration());
     return std::move(report).take();
   }
   checks::gateways_and_services(findings, report);

@@ -102,8 +102,9 @@ TEST_F(TheDoctor, ReportsWhatIsWrongWithTheInterface) {
   found.interfaces[1].carrier = true;
   found.interfaces[1].multicast = false;
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "eth0 has no multicast", "peers")));
-  found.obstacle = "eth0: does not match an available interface";
-  EXPECT_THAT(sut(), Contains(is(Severity::problem, "cannot be joined: eth0")));
+  found.obstacle = "cannot join\n  Cyclone: no eth0";
+  EXPECT_THAT(sut(),
+              Contains(is(Severity::problem, "cannot be joined: cannot join;  Cyclone: no eth0")));
 }
 
 TEST_F(TheDoctor, FindsTheDomainInWhichTheOthersAre) {
