@@ -24,12 +24,12 @@ using Uses = std::map<std::pair<Role, std::string>, std::vector<std::string>>;
 Uses uses_of(const std::vector<settings::MachineSettings>& machines) {
   Uses uses;
   for (const settings::MachineSettings& machine : machines) {
-    if (!machine.security) {
+    if (!machine.controller.security) {
       continue;
     }
-    if (const auto* const own = std::get_if<cnc::ads::SelfSigned>(&*machine.security)) {
+    if (const auto* const own = std::get_if<cnc::ads::SelfSigned>(&*machine.controller.security)) {
       uses[{Role::self_signed, own->certificate}].push_back(machine.name);
-    } else if (const auto* const shared = std::get_if<cnc::ads::SharedCa>(&*machine.security)) {
+    } else if (const auto* const shared = std::get_if<cnc::ads::SharedCa>(&*machine.controller.security)) {
       uses[{Role::of_a_ca, shared->certificate}].push_back(machine.name);
       uses[{Role::ca, shared->ca}].push_back(machine.name);
     }

@@ -332,9 +332,9 @@ TEST_F(CoreCallsTest, ShowsThatABlockedCallIsHeldTooLong) {
   const auto take = [&](const Actions& actions) {
     auto shown = all<PublishStatus>(actions);
     std::ranges::copy(all<PublishStatus>(confirm(actions)), std::back_inserter(shown));
-    for (const PublishStatus& one : shown) {
-      codes.push_back(one.status.reason.code);
-      EXPECT_THAT(one.status.reason.text, testing::HasSubstr("marker"));
+    for (const PublishStatus& publish_status : shown) {
+      codes.push_back(publish_status.status.reason.code);
+      EXPECT_THAT(publish_status.status.reason.text, testing::HasSubstr("marker"));
     }
   };
   for (int second = 0; second < 8; ++second) {
@@ -517,11 +517,11 @@ using testing::ElementsAre;
 using testing::IsEmpty;
 
 fabric::InstanceIdentity instance(std::uint8_t number) {
-  fabric::InstanceIdentity one;
-  one.id.bytes.fill(number);
-  one.uuid = "weather";
-  one.name = "w" + std::to_string(number);
-  return one;
+  fabric::InstanceIdentity identity;
+  identity.id.bytes.fill(number);
+  identity.uuid = "weather";
+  identity.name = "w" + std::to_string(number);
+  return identity;
 }
 
 Moment after(std::chrono::seconds time) {
