@@ -10,7 +10,7 @@
 #include "base/openssl/key.hpp"
 #include "base/program/command_line.hpp"
 #include "gateway/settings/settings.hpp"
-#include "gateway/shell/certificate_alarms.hpp"
+#include "gateway/shell/alarms.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace millrace::gateway::shell {
