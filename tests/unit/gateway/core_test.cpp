@@ -314,6 +314,16 @@ TEST_F(ChannelTableTest, HasOneOrderOfChannelsThatAreDueTogether) {
   EXPECT_THAT(due(start), ElementsAre(first, second));
 }
 
+TEST_F(ChannelTableTest, HasEachChannelReadAsOftenAsItsMachineSays) {
+  sut.set({{.name = "cnc", .intervals = {.idle = 900ms}}});
+  channel::Channel& channel = *sut.find(first);
+  channel.on_link_up({start, {}});
+  ServiceSnapshot idle;
+  idle.set = ReadSet::state;
+  channel.on_read(idle, {start, {}});
+  EXPECT_EQ(channel.take_news().wake_at, start + 900ms);
+}
+
 TEST_F(ChannelTableTest, WakesNoChannelThatIsRemoved) {
   sut.wake_at(first, start);
   sut.leave(first);

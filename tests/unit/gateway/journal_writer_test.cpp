@@ -350,15 +350,16 @@ TEST_F(JournalWriterTest, KeepsItsFileIfTheDraftCannotHoldNewEntries) {
 TEST_F(JournalWriterTest, TrustsNoFileAfterAForceThatFailed) {
   open(Sync::always);
   append(1);
+  append(2);
   disk.failure = "cannot be forced";
   disk.finish();
   EXPECT_THAT(recorded, IsEmpty());
   EXPECT_THAT(disk.errors.back(), HasSubstr("cannot be forced"));
   disk.failure.clear();
-  append(2);
+  append(3);
   sut->on_tick();
   disk.finish();
-  EXPECT_THAT(recorded, ElementsAre(1U, 2U));
+  EXPECT_THAT(recorded, ElementsAre(1U, 2U, 3U));
   EXPECT_EQ(disk.new_files, 1U);
 }
 
