@@ -57,8 +57,8 @@ struct CallRecord {
     return {id, key, request, seen, delivery, attempt.number, attempt.instance, completion_signal};
   }
   [[nodiscard]] bool asked(const fabric::InstanceId& instance) const {
-    return std::ranges::any_of(attempts,
-                               [&](const Attempt& one) { return one.instance == instance; });
+    return std::ranges::any_of(
+        attempts, [&](const Attempt& attempt) { return attempt.instance == instance; });
   }
 };
 

@@ -18,6 +18,11 @@ namespace millrace::gateway {
 
 enum class Level : std::uint8_t { debug, info, warn, error };
 
+struct LogLine {
+  Level level = Level::info;
+  std::string text{};
+};
+
 struct Readers {
   /// Events have a reader.
   bool events = true;

@@ -35,7 +35,7 @@ std::uint32_t QueueLog::read_up_to() const {
 
 const QueueMessage* QueueLog::next() const {
   const auto found = std::ranges::find_if(
-      messages_, [this](const QueueMessage& one) { return one.number > ended_; });
+      messages_, [this](const QueueMessage& message) { return message.number > ended_; });
   return found == messages_.end() ? nullptr : &*found;
 }
 

@@ -22,9 +22,9 @@ enum class SubscriptionMode : std::uint8_t {
 /// How often a channel is read. The defaults cost a controller 100 short reads a second for
 /// each idle channel, and 100 requests a second for all of them if it knows sums.
 struct ReadIntervals {
-  /// Within `after_answer_for` of an answer, when a program's next request is likely.
-  std::chrono::milliseconds after_answer{2};
-  std::chrono::milliseconds after_answer_for{1000};
+  /// Within `active_for` of an answer, when a program's next request is likely.
+  std::chrono::milliseconds active{2};
+  std::chrono::milliseconds active_for{1000};
   std::chrono::milliseconds idle{10};
   /// With notifications: ADS does not guarantee delivery.
   std::chrono::milliseconds subscribed{500};
@@ -40,8 +40,8 @@ struct ReadIntervals {
   bool operator==(const ReadIntervals&) const = default;
 };
 
-/// What reads have shown about how one controller applies ADS writes. Its channels share it: a
-/// later response in any channel uses what an earlier one found.
+/// What reads have shown about how one controller applies ADS writes: a later response in any
+/// channel uses what an earlier one found.
 struct WriteEffects {
   /// Answers whose REQUEST_STATE = 0 a read has shown, since one had to do without.
   unsigned clearings_shown = 0;
@@ -79,6 +79,12 @@ struct WriteEffects {
   /// A write was shown after this time. A single slow one is forgotten after some thirty others
   /// (our choice).
   void note_shown_after(std::chrono::nanoseconds time) { lag = std::max(time, lag - lag / 8); }
+};
+
+/// How one controller is read, and what its reads have shown.
+struct ControllerReads {
+  ReadIntervals intervals{};
+  WriteEffects effects{};
 };
 
 }  // namespace millrace::gateway

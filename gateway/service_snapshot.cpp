@@ -51,8 +51,8 @@ RequestStatus compare(const ServiceSnapshot& snapshot, const PendingRequest& req
   if (snapshot.response_state == 0) {
     return RequestStatus::withdrawn;
   }
-  const bool ours = std::ranges::count(shown, snapshot.response_state) > 0;
-  return ours && same_texts ? RequestStatus::pending : RequestStatus::answered;
+  const bool own = std::ranges::count(shown, snapshot.response_state) > 0;
+  return own && same_texts ? RequestStatus::pending : RequestStatus::answered;
 }
 
 }  // namespace millrace::gateway

@@ -336,8 +336,6 @@ class Released {
     return answer_.text_last() || state_seen_ ? std::nullopt
                                               : std::optional(sent_.last + takes_effect);
   }
-
-  [[nodiscard]] const PendingRequest& request() const { return request_; }
   /// Why it is not over; empty while there is no problem.
   [[nodiscard]] const fabric::Message& problem() const { return problem_; }
 

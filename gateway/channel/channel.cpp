@@ -22,10 +22,8 @@ SteadyTime next_multiple(SteadyTime now, std::chrono::milliseconds period) {
 }  // namespace
 
 Channel::Channel(fabric::ChannelKey key, ServiceAccess& access, ChannelContext& context,
-                 ReadIntervals intervals, std::shared_ptr<WriteEffects> effects)
-    : out_(std::move(key), access, context),
-      effects_(std::move(effects)),
-      reads_{.intervals = intervals} {}
+                 ControllerReads& controller)
+    : out_(std::move(key), access, context), controller_(controller) {}
 
 void Channel::on_link_up(Moment now) {
   assert(io_.purpose == Purpose::none && "all requests end before the connection is restored");
@@ -76,8 +74,8 @@ void Channel::set_notified(bool notified, Moment now) {
   if (reads_.notified != notified) {
     reads_.notified = notified;
     if (!notified) {
-      reads_.due = std::min(reads_.due,
-                            open_call() != nullptr ? reads_.next_of_call(now) : reads_.next(now));
+      reads_.due =
+          std::min(reads_.due, open_call() != nullptr ? next_read_of_call(now) : next_read(now));
     }
   }
   finish(now);
@@ -278,18 +276,18 @@ void Channel::poll(const ServiceSnapshot& snapshot, Moment now) {
     return;
   }
   if (!may_be_request(snapshot, now)) {
-    reads_.due = now.steady + reads_.intervals.after_answer;
+    reads_.due = now.steady + intervals().active;
     return;
   }
   const bool whole = now.steady >= reads_.whole_due;
   if (whole) {
-    reads_.whole_due = now.steady + reads_.intervals.full;
+    reads_.whole_due = now.steady + intervals().full;
   }
   RequestReader& looking = std::get<RequestReader>(phase_);
   auto request = looking.on_read(snapshot, whole);
-  reads_.due = looking.reading() ? now.steady : reads_.next(now);
+  reads_.due = looking.reading() ? now.steady : next_read(now);
   // A controller that shows our writes late may show the variables of a request one after another.
-  reads_.confirm_at = now.steady + effects_->lag;
+  reads_.confirm_at = now.steady + controller_.effects.lag;
   if (request) {
     phase_ = Found{std::move(looking), *std::move(request)};
     out_.news().found = true;
@@ -329,22 +327,23 @@ bool Channel::released_late(const ServiceSnapshot& snapshot, Moment now) const {
          std::ranges::count(call()->shown, snapshot.response_state) == 0;
 }
 
-SteadyTime Channel::Schedule::next(Moment now) const {
-  const bool soon = now.steady < active_until;
-  return next_multiple(now.steady, notified ? intervals.subscribed
-                                   : soon   ? intervals.after_answer
-                                            : intervals.idle);
+SteadyTime Channel::next_read(Moment now) const {
+  const bool soon = now.steady < reads_.active_until;
+  return next_multiple(now.steady, reads_.notified ? intervals().subscribed
+                                   : soon          ? intervals().active
+                                                   : intervals().idle);
 }
 
-SteadyTime Channel::Schedule::next_of_call(Moment now) const {
-  return notified ? next_multiple(now.steady, intervals.subscribed) : now.steady + intervals.idle;
+SteadyTime Channel::next_read_of_call(Moment now) const {
+  return reads_.notified ? next_multiple(now.steady, intervals().subscribed)
+                         : now.steady + intervals().idle;
 }
 
 void Channel::poll_call(const ServiceSnapshot& snapshot, Moment now) {
   OpenCall& call = std::get<OpenCall>(phase_);
   const RequestStatus status = call.on_snapshot(snapshot, now);
   if (call.may_show_interim(snapshot, status)) {
-    reads_.due = now.steady + reads_.intervals.after_answer;
+    reads_.due = now.steady + intervals().active;
     return;
   }
   if (status != RequestStatus::pending) {
@@ -355,9 +354,9 @@ void Channel::poll_call(const ServiceSnapshot& snapshot, Moment now) {
     leave_to_the_other(now);
     return;
   }
-  reads_.due = reads_.next_of_call(now);
+  reads_.due = next_read_of_call(now);
   if (snapshot.set == ReadSet::request) {
-    reads_.whole_due = now.steady + reads_.intervals.full;
+    reads_.whole_due = now.steady + intervals().full;
     if (!call.verify(out_, now)) {
       end(false, base::messages::read_again(), now);
     }
@@ -389,7 +388,7 @@ void Channel::write(const Write& write, Moment now) {
 }
 
 void Channel::hold_off(const fabric::Message& reason, Moment now) {
-  reads_.not_before = now.steady + reads_.intervals.retry;
+  reads_.not_before = now.steady + intervals().retry;
   if (!reason.empty() && link_.error != reason && link_.up) {
     link_.error = reason;
     out_.log(Level::warn, reason);
@@ -415,8 +414,8 @@ void Channel::publish_status(Moment now) {
   } else if (has_call()) {
     // The journal still has the call, and so does the gateway that takes over the channel.
     view.state = answering;
-    view.uuid = released()->answer.request().uuid;
-    view.call = released()->call;
+    view.uuid = released()->call->request.uuid;
+    view.call = released()->call->id;
     static const fabric::Message release_not_seen = base::messages::release_not_seen();
     view.reason = &release_not_seen;
   } else if (looking != nullptr && looking->unserved()) {

@@ -43,11 +43,9 @@ namespace millrace::gateway::channel {
 
 class Channel {
  public:
-  /// `access` and `context` outlive the channel. `effects` is what all channels of this controller
-  /// share.
+  /// All outlive the channel. All channels of a controller share `controller`.
   Channel(fabric::ChannelKey key, ServiceAccess& access, ChannelContext& context,
-          ReadIntervals intervals = {},
-          std::shared_ptr<WriteEffects> effects = std::make_shared<WriteEffects>());
+          ControllerReads& controller);
 
   /// A call of an earlier run, from the journal; before the link comes up.
   void resume(CallRecord call, const Policy& policy);
@@ -116,15 +114,13 @@ class Channel {
     return leaving_ && !has_work() && io_.purpose == Purpose::none;
   }
   [[nodiscard]] bool draining() const { return leaving_.has_value(); }
-  [[nodiscard]] bool link_up() const { return link_.up; }
-
-  void set_intervals(const ReadIntervals& intervals) { reads_.intervals = intervals; }
+  [[nodiscard]] bool linked() const { return link_.up; }
 
   [[nodiscard]] const fabric::ChannelKey& key() const { return out_.key(); }
   /// The accepted call, or nullptr.
-  [[nodiscard]] const CallRecord* call() const {
+  [[nodiscard]] std::shared_ptr<const CallRecord> call() const {
     const OpenCall* const call = open_call();
-    return call ? &call->call() : nullptr;
+    return call ? call->call() : nullptr;
   }
   [[nodiscard]] const fabric::ChannelStatus& status() const { return out_.status(); }
 
@@ -137,7 +133,7 @@ class Channel {
   /// The answered call, until it is known that its program has gone on.
   struct ReleasedCall {
     Released answer;
-    fabric::CallId call;
+    std::shared_ptr<const CallRecord> call;
     /// The journal does not have its end yet.
     bool open = false;
     /// Its release is to be written once more.
@@ -169,10 +165,6 @@ class Channel {
 
   /// When the channel is read.
   struct Schedule {
-    [[nodiscard]] SteadyTime next(Moment now) const;
-    [[nodiscard]] SteadyTime next_of_call(Moment now) const;
-
-    ReadIntervals intervals{};
     /// The controller sends notifications.
     bool notified = false;
     SteadyTime due{};
@@ -221,6 +213,10 @@ class Channel {
     std::optional<SteadyTime> unassigned_logged{};
   };
 
+  [[nodiscard]] const ReadIntervals& intervals() const { return controller_.intervals; }
+  [[nodiscard]] SteadyTime next_read(Moment now) const;
+  [[nodiscard]] SteadyTime next_read_of_call(Moment now) const;
+
   // channel.cpp: the channel and its reads
   void finish(Moment now);
   void advance(Moment now);
@@ -250,7 +246,7 @@ class Channel {
     act(call);
     if (!before && call.answered()) {
       // The answer's own read comes next; poll only if the journal keeps it waiting.
-      reads_.due = now.steady + reads_.intervals.idle;
+      reads_.due = now.steady + intervals().idle;
     }
   }
 
@@ -286,7 +282,7 @@ class Channel {
   }
 
   ChannelOutput out_;
-  std::shared_ptr<WriteEffects> effects_;
+  ControllerReads& controller_;
   Phase phase_;
   Link link_;
   Io io_;

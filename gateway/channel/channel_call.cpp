@@ -30,7 +30,7 @@ void Channel::accept(fabric::CallId id, const Policy& policy, Moment now) {
   call.request = std::move(std::get<Found>(phase_).request);
   call.seen = now.wall;
   ++out_.counters().calls;
-  reads_.whole_due = now.steady + reads_.intervals.full;
+  reads_.whole_due = now.steady + intervals().full;
   publish_seen(call, now);
   phase_ = OpenCall::accepted(std::move(call), policy, now.steady);
   finish(now);
@@ -57,7 +57,7 @@ void Channel::on_recorded(EntryNumber entry, Moment now) {
   if (open_call() == nullptr || entry == 0) {
     return;
   }
-  const bool fresh = now.steady - io_.answer_read <= reads_.intervals.max_age;
+  const bool fresh = now.steady - io_.answer_read <= intervals().max_age;
   change_call(
       now, [&](OpenCall& call, ChannelOutput& out) { call.on_recorded(entry, fresh, out, now); });
 }
@@ -66,9 +66,9 @@ void Channel::on_reply(const fabric::Reply& reply, Moment now) {
   OpenCall* const open = open_call();
   if (open == nullptr || reply.call != open->id()) {
     late_reply(reply, now);
-  } else if (!open->call().asked(reply.instance)) {
+  } else if (!open->call()->asked(reply.instance)) {
     log_unassigned_reply(reply, "a call that was not dispatched to it", now);
-  } else if (!open->call().request.is_what(reply)) {
+  } else if (!open->call()->request.is_what(reply)) {
     log_unassigned_reply(reply, "another request with the same call id", now);
   } else {
     ask(*open, now, [&](OpenCall& call) {
@@ -96,9 +96,9 @@ void Channel::log_unassigned_reply(const fabric::Reply& reply, std::string_view 
 void Channel::late_reply(const fabric::Reply& reply, Moment now) {
   const bool in_hand = call() != nullptr && reply.call == call()->id;
   const auto& past = past_.call;
-  if (!in_hand && (!past || past->call != reply.call ||
-                   (past->answered && past->answered_by == reply.instance) ||
-                   std::ranges::count(past->attempts, reply.instance, &Attempt::instance) == 0)) {
+  if (!in_hand && (!past || past->call->id != reply.call ||
+                   (past->answered && past->call->answer->instance == reply.instance) ||
+                   !past->call->asked(reply.instance))) {
     // Old samples of a service, a reply that was delivered twice, or one from an instance without a
     // request.
     return;
@@ -148,8 +148,9 @@ bool Channel::drive_writer(Moment now) {
   if (writer == nullptr) {
     return false;
   }
-  const bool clears = reads_.intervals.kernel_clears_request_state;
-  writer->set_clearing({.most = clears ? 0 : effects_->most_clearings(), .is_written = !clears});
+  const bool clears = intervals().kernel_clears_request_state;
+  writer->set_clearing(
+      {.most = clears ? 0 : controller_.effects.most_clearings(), .is_written = !clears});
   const bool is_final = writer->kind() == AnswerWriter::Kind::final;
   switch (writer->next()) {
     case AnswerWriter::Step::read:
@@ -170,7 +171,7 @@ bool Channel::drive_writer(Moment now) {
       return true;
     case AnswerWriter::Step::record_clearing:
       if (call->record_clearing(out_)) {
-        reads_.due = now.steady + reads_.intervals.idle;
+        reads_.due = now.steady + intervals().idle;
       }
       return false;
     case AnswerWriter::Step::done:
@@ -208,10 +209,10 @@ void Channel::report_writer() {
     out_.log(Level::warn, fmt::format("call {}: {}", call()->id.to_string(), *report));
   }
   if (const auto after = writer.take_shown_after()) {
-    effects_->note_shown_after(*after);
+    controller_.effects.note_shown_after(*after);
   }
   if (writer.clearing_was_shown()) {
-    effects_->note_clearing_shown();
+    controller_.effects.note_clearing_shown();
   }
 }
 
@@ -230,7 +231,7 @@ bool Channel::release_is_over(const ServiceSnapshot& snapshot, Moment now) {
   }
   switch (answer.on_read(snapshot, io_.read)) {
     case Released::Found::nothing:
-      reads_.due = answer.read_at() ? *answer.read_at() : reads_.next(now);
+      reads_.due = answer.read_at() ? *answer.read_at() : next_read(now);
       return false;
     case Released::Found::unreleased:
       last.write_again = true;
@@ -238,14 +239,14 @@ bool Channel::release_is_over(const ServiceSnapshot& snapshot, Moment now) {
           answer.problem().empty() ? Level::info : Level::warn,
           fmt::format("call {}: no read has shown {} within {} ms: the write is lost, or the "
                       "NC program has reset the value already; it is written again",
-                      last.call.to_string(), name_of(answer.variable()), takes_effect.count()));
+                      last.call->id.to_string(), name_of(answer.variable()), takes_effect.count()));
       return false;
     case Released::Found::idle:
     case Released::Found::request:
       break;
   }
   if (last.open) {
-    out_.append_untracked(EndedEntry{last.call});
+    out_.append_untracked(EndedEntry{last.call->id});
   }
   earlier_.release.reset();
   if (const auto until = answer.unseen_until(); until && now.steady < *until) {
@@ -281,23 +282,23 @@ void Channel::end(bool written, const fabric::Message& detail, Moment now) {
   AnswerWriter* const writer = call.writer();
   const bool open = written && !writer->zero_seen();
   if (writer != nullptr && writer->zero_seen()) {
-    effects_->note_zero();
+    controller_.effects.note_zero();
   } else if (writer != nullptr && writer->does_without_clearing()) {
-    effects_->note_clearing_unshown();
+    controller_.effects.note_clearing_unshown();
   }
   if (writer != nullptr && writer->clearing_took_long()) {
-    effects_->doubt_clearing();
+    controller_.effects.doubt_clearing();
   }
   past_.call = call.close(written, !open, detail, out_, now);
   if (written) {
-    phase_ = ReleasedCall{Released(call.call().request, std::move(*writer)), call.id(), open};
+    phase_ = ReleasedCall{Released(call.call()->request, std::move(*writer)), call.call(), open};
   } else {
     phase_ = RequestReader();
   }
   earlier_ = {};
   link_.zero_seen = !open;
   reads_.due = now.steady;
-  reads_.active_until = now.steady + reads_.intervals.after_answer_for;
+  reads_.active_until = now.steady + intervals().active_for;
 }
 
 bool Channel::has_call() const {

@@ -44,7 +44,7 @@ OpenCall OpenCall::resumed(CallRecord call, const Policy& policy) {
     }
   }
   OpenCall open(std::move(call), policy, std::move(phase));
-  for (const Attempt& attempt : open.call_.attempts) {
+  for (const Attempt& attempt : open.call_->attempts) {
     // An attempt of 0 is a call that was answered instead of the service.
     if (attempt.number > 0 && std::ranges::count(open.asked_, attempt.instance) == 0) {
       open.asked_.push_back(attempt.instance);
@@ -61,8 +61,8 @@ void OpenCall::enter(Phase phase, fabric::Message reason) {
 
 bool OpenCall::may_be_assigned() const {
   // A blocked call was dispatched by an earlier gateway, if not by this one.
-  return !call_.attempts.empty() || std::holds_alternative<phase::Held>(phase_) ||
-         call_.delivery == fabric::Delivery::at_most_once;
+  return !call_->attempts.empty() || std::holds_alternative<phase::Held>(phase_) ||
+         call_->delivery == fabric::Delivery::at_most_once;
 }
 
 const Assignment* OpenCall::assignment() const {
@@ -94,11 +94,11 @@ ChannelView OpenCall::view() const {
                           },
                           phase_);
   view.reason = &reason_;
-  view.uuid = call_.request.uuid;
-  view.call = call_.id;
-  view.attempt = call_.attempts.empty() ? 0 : call_.attempts.back().number;
-  if (call_.answer) {
-    view.instance = call_.answer->instance;
+  view.uuid = call_->request.uuid;
+  view.call = call_->id;
+  view.attempt = call_->attempts.empty() ? 0 : call_->attempts.back().number;
+  if (call_->answer) {
+    view.instance = call_->answer->instance;
   } else if (const Assignment* const to = assignment()) {
     view.instance = to->attempt.instance;
   }
@@ -108,7 +108,7 @@ ChannelView OpenCall::view() const {
 void OpenCall::on_link_up(Moment now) {
   if (!age_.since) {
     // The wall clock may have been set since; a call is never older than the gateway's clock.
-    const std::chrono::nanoseconds age = now.wall - call_.seen;
+    const std::chrono::nanoseconds age = now.wall - call_->seen;
     age_.since = now.steady - std::max(age, std::chrono::nanoseconds(0));
     age_.known = age >= std::chrono::nanoseconds(0);
   }
@@ -119,7 +119,7 @@ bool OpenCall::verify(ChannelOutput& out, Moment now) {
   if (unverified == nullptr) {
     return true;
   }
-  if (call_.attempts.back().number == 0 && call_.delivery == fabric::Delivery::at_least_once) {
+  if (call_->attempts.back().number == 0 && call_->delivery == fabric::Delivery::at_least_once) {
     // It was about to be answered instead of the service.
     return false;
   }
@@ -127,7 +127,7 @@ bool OpenCall::verify(ChannelOutput& out, Moment now) {
   phase_ = phase::Waiting{};
   if (unwritable) {
     const fabric::Message what = base::messages::answer_in_journal(
-        Response::of(unwritable->text, unwritable->state, call_.completion_signal).error());
+        Response::of(unwritable->text, unwritable->state, call_->completion_signal).error());
     refuse({unwritable->instance, unwritable->attempt}, what,
            Response::in_words("ERROR: " + what.text, refused_state), out, now);
   } else {
@@ -151,15 +151,15 @@ void OpenCall::assign(const Assignment& to, ChannelOutput& out, Moment now) {
     return;
   }
   EntryNumber entry = unconfirmed_attempt();
-  if (call_.attempts.empty() || call_.attempts.back() != to.attempt) {
-    call_.attempts.push_back(to.attempt);
+  if (call_->attempts.empty() || call_->attempts.back() != to.attempt) {
+    call_->attempts.push_back(to.attempt);
     // Refused under this number was an answer to an attempt that the journal has lost with the
     // power; the same answer again would be one to this.
-    std::erase_if(refused_, [&](const Refused& one) { return one.of == to.attempt; });
-    call_.delivery = to.delivery;
-    call_.completion_signal = to.completion_signal;
-    out.counters().repeated += call_.attempts.size() > 1 ? 1U : 0U;
-    entry = out.append(call_.dispatched(to.attempt));
+    std::erase_if(refused_, [&](const Refused& refused) { return refused.of == to.attempt; });
+    call_->delivery = to.delivery;
+    call_->completion_signal = to.completion_signal;
+    out.counters().repeated += call_->attempts.size() > 1 ? 1U : 0U;
+    entry = out.append(call_->dispatched(to.attempt));
   }
   if (entry != 0) {
     enter(phase::Assigned{to, entry});
@@ -183,8 +183,8 @@ void OpenCall::suspend(const fabric::Message& reason, bool held, ChannelOutput& 
 }
 
 void OpenCall::hold(const fabric::Message& reason, ChannelOutput& out, Moment now) {
-  call_.delivery = fabric::Delivery::at_most_once;
-  out.append_untracked(call_.dispatched({{}, 0}));
+  call_->delivery = fabric::Delivery::at_most_once;
+  out.append_untracked(call_->dispatched({{}, 0}));
   suspend(reason, true, out, now);
 }
 
@@ -221,14 +221,14 @@ void OpenCall::on_recorded(EntryNumber recorded, bool read_is_fresh, ChannelOutp
     confirm(held->entry);
   } else if (auto* const known = std::get_if<phase::Answered>(&phase_)) {
     if (known->entry == recorded) {
-      const bool stood = std::ranges::count(call_.shown, known->answer.state()) > 0;
+      const bool stood = std::ranges::count(call_->shown, known->answer.state()) > 0;
       enter(phase::Writing{AnswerWriter(AnswerWriter::Kind::final, std::move(known->answer),
-                                        call_.completion_signal, stood)});
+                                        call_->completion_signal, stood)});
     }
   } else if (auto* const writing = std::get_if<phase::Writing>(&phase_)) {
     if (writing->clearing == recorded) {
       writing->clearing = 0;
-      call_.clearing = true;
+      call_->clearing = true;
       if (writing->writer.next() == AnswerWriter::Step::record_clearing) {
         writing->writer.on_recorded(read_is_fresh);
       }
@@ -240,21 +240,21 @@ void OpenCall::publish(const Assignment& to, ChannelOutput& out, Moment now) {
   // The earlier instances do not hear of this.
   for (const fabric::InstanceId& instance : std::exchange(asked_, {to.attempt.instance})) {
     if (instance != to.attempt.instance) {
-      out.withdraw(instance, call_.id);
+      out.withdraw(instance, call_->id);
     }
   }
   fabric::Request request;
-  request.key = call_.key;
-  request.call = call_.id;
+  request.key = call_->key;
+  request.call = call_->id;
   request.attempt = to.attempt.number;
   request.assigned = to.attempt.instance;
-  request.uuid = call_.request.uuid;
-  request.text = call_.request.text;
-  request.state = call_.request.state;
+  request.uuid = call_->request.uuid;
+  request.text = call_->request.text;
+  request.state = call_->request.state;
   if (policy_.deadline) {
-    request.deadline = call_.seen + policy_.deadline->after;
+    request.deadline = call_->seen + policy_.deadline->after;
   }
-  request.seen = call_.seen;
+  request.seen = call_->seen;
   request.dispatched = now.wall;
   request.may_wait = to.waits;
   out.publish(std::move(request));
@@ -269,7 +269,7 @@ EndedCall OpenCall::close(bool written, bool over, const fabric::Message& detail
                           ChannelOutput& out, Moment now) {
   assert(!written || answered());
   if (over) {
-    out.append_untracked(EndedEntry{call_.id});
+    out.append_untracked(EndedEntry{call_->id});
   }
   const AnswerWriter* const final = writer();
   const bool may_be_written = !written && final != nullptr &&
@@ -277,56 +277,56 @@ EndedCall OpenCall::close(bool written, bool over, const fabric::Message& detail
                               final->may_be_released();
   if (written || may_be_written) {
     publish_event(fabric::EventKind::written,
-                  Attempt{call_.answer->instance, call_.answer->attempt},
-                  may_be_written ? base::messages::may_have_response(detail) : detail, out, now);
+                  Attempt{call_->answer->instance, call_->answer->attempt},
+                  may_be_written ? base::messages::may_have_response(detail) : detail, out, now,
+                  call_->answer->text, call_->answer->state);
   } else {
     publish_event(fabric::EventKind::withdrawn, newest_attempt(), detail, out, now);
   }
   for (const fabric::InstanceId& instance : asked_) {
     // The other instances that got it may still be running it.
-    const bool runs_it_no_more = written && call_.answer->instance == instance;
-    runs_it_no_more ? out.add_answered(instance, call_.id, now) : out.withdraw(instance, call_.id);
+    const bool runs_it_no_more = written && call_->answer->instance == instance;
+    runs_it_no_more ? out.add_answered(instance, call_->id, now)
+                    : out.withdraw(instance, call_->id);
   }
-  out.end(call_.id, written);
+  out.end(call_->id, written);
   ++(written || may_be_written ? out.counters().answered : out.counters().withdrawn);
   if (out.wanted(Level::debug)) {
     log_end(written, detail, out, now);
   }
-  return {call_.id, written, written ? call_.answer->instance : fabric::InstanceId{},
-          call_.attempts};
+  return {call_, written};
 }
 
 void OpenCall::log_end(bool written, const fabric::Message& detail, ChannelOutput& out,
                        Moment now) const {
   const std::string took =
       age_.known ? after(std::chrono::nanoseconds(now.steady - *age_.since)) : std::string();
-  const std::string uuid = printable(call_.request.uuid);
+  const std::string uuid = printable(call_->request.uuid);
   out.log(Level::debug, written
                             ? fmt::format("{} of {} answered with state {}{}", name(), uuid,
-                                          call_.answer->state, took)
+                                          call_->answer->state, took)
                             : fmt::format("{} of {} is over{}: {}", name(), uuid, took, detail));
 }
 
 Attempt OpenCall::newest_attempt() const {
-  return call_.attempts.empty() ? Attempt{{}, 0} : call_.attempts.back();
+  return call_->attempts.empty() ? Attempt{{}, 0} : call_->attempts.back();
 }
 
 void OpenCall::publish_event(fabric::EventKind kind, const Attempt& of,
-                             const fabric::Message& detail, ChannelOutput& out, Moment now) const {
+                             const fabric::Message& detail, ChannelOutput& out, Moment now,
+                             std::string_view answer, std::uint32_t state) const {
   if (!out.events_wanted()) {
     return;
   }
   fabric::Event event;
   event.kind = kind;
   event.detail = detail;
-  event.call = call_.id;
-  event.uuid = call_.request.uuid;
+  event.call = call_->id;
+  event.uuid = call_->request.uuid;
   event.attempt = of.number;
   event.instance = of.instance;
-  if (kind == fabric::EventKind::written) {
-    event.text = call_.answer->text;
-    event.state = call_.answer->state;
-  }
+  event.text = answer;
+  event.state = state;
   out.publish(std::move(event), now);
 }
 

@@ -14,6 +14,7 @@
 // invalid. Interim responses are separate from the phases.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -36,10 +37,9 @@ struct LocalAnswer {
 
 /// How a call ended, for later replies.
 struct EndedCall {
-  fabric::CallId call;
+  std::shared_ptr<const CallRecord> call;
+  /// Its answer is written.
   bool answered = false;
-  fabric::InstanceId answered_by;
-  std::vector<Attempt> attempts{};
 };
 
 namespace phase {
@@ -92,10 +92,10 @@ class OpenCall {
   /// A call of an earlier run, from the journal.
   static OpenCall resumed(CallRecord call, const Policy& policy);
 
-  [[nodiscard]] const CallRecord& call() const { return call_; }
-  [[nodiscard]] const fabric::CallId& id() const { return call_.id; }
+  [[nodiscard]] std::shared_ptr<const CallRecord> call() const { return call_; }
+  [[nodiscard]] const fabric::CallId& id() const { return call_->id; }
   /// It has its final answer, which does not change any more.
-  [[nodiscard]] bool answered() const { return call_.answer.has_value(); }
+  [[nodiscard]] bool answered() const { return call_->answer.has_value(); }
   /// Its next step has to wait until the journal knows of this one.
   [[nodiscard]] bool waits_for_journal() const;
   [[nodiscard]] bool verified() const { return !std::holds_alternative<phase::Unverified>(phase_); }
@@ -188,7 +188,10 @@ class OpenCall {
   static constexpr std::size_t most_refused = 16;
 
   OpenCall(CallRecord call, const Policy& policy, Phase phase)
-      : call_(std::move(call)), policy_(policy), phase_(std::move(phase)) {}
+
+      : call_(std::make_shared<CallRecord>(std::move(call))),
+        policy_(policy),
+        phase_(std::move(phase)) {}
 
   void enter(Phase phase, fabric::Message reason = {});
   [[nodiscard]] EntryNumber unconfirmed_attempt() const;
@@ -206,15 +209,17 @@ class OpenCall {
   /// `response` is the text of the program's response, if the rule has one.
   void give_up(const Rule& rule, std::string_view response, const fabric::Message& why,
                ChannelOutput& out, Moment now);
+  /// `answer` is the one that it is about, if there is one.
   void publish_event(fabric::EventKind kind, const Attempt& of, const fabric::Message& detail,
-                     ChannelOutput& out, Moment now) const;
+                     ChannelOutput& out, Moment now, std::string_view answer = {},
+                     std::uint32_t state = 0) const;
   /// Not valid (0) if it is not dispatched.
   [[nodiscard]] Attempt newest_attempt() const;
   void log_end(bool written, const fabric::Message& detail, ChannelOutput& out, Moment now) const;
-  [[nodiscard]] std::string name() const { return "call " + call_.id.to_string(); }
+  [[nodiscard]] std::string name() const { return "call " + call_->id.to_string(); }
 
   /// The call's data in the journal.
-  CallRecord call_;
+  std::shared_ptr<CallRecord> call_;
   /// The one under which it was accepted.
   Policy policy_;
   Phase phase_;

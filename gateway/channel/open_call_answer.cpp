@@ -53,8 +53,8 @@ std::string hops_of(const CallRecord& call, const fabric::Reply& reply, Moment n
 }  // namespace
 
 bool OpenCall::take(const fabric::Reply& reply, ChannelOutput& out, Moment now) {
-  if (call_.answer) {
-    return call_.answer->instance == reply.instance;
+  if (call_->answer) {
+    return call_->answer->instance == reply.instance;
   }
   if (!fabric::is_known(reply)) {
     take_final(reply, out, now);
@@ -85,7 +85,7 @@ void OpenCall::take_decline(const fabric::Reply& reply, ChannelOutput& out) {
                                                         : printable_message(reply.reason));
   out.log(Level::debug, fmt::format("{}: {}", name(), why));
   enter(phase::Waiting{}, why);
-  out.news().declined = call_.id;
+  out.news().declined = call_->id;
 }
 
 void OpenCall::take_interim(const fabric::Reply& reply, ChannelOutput& out) {
@@ -94,7 +94,7 @@ void OpenCall::take_interim(const fabric::Reply& reply, ChannelOutput& out) {
     return;
   }
   auto response = Response::of(reply.text, reply.state);
-  if (response && call_.completion_signal == fabric::CompletionSignal::response) {
+  if (response && call_->completion_signal == fabric::CompletionSignal::response) {
     response =
         tl::unexpected(fabric::Message("would release the NC program, which waits for RESPONSE and "
                                        "does not check RESPONSE_STATE"));
@@ -110,16 +110,16 @@ void OpenCall::take_interim(const fabric::Reply& reply, ChannelOutput& out) {
 
 void OpenCall::take_final(const fabric::Reply& reply, ChannelOutput& out, Moment now) {
   const Attempt attempt{reply.instance, reply.attempt};
-  const Refused said{attempt, reply.answered};
-  if (std::ranges::count(refused_, said) > 0) {
+  const Refused refusal{attempt, reply.answered};
+  if (std::ranges::count(refused_, refusal) > 0) {
     return;
   }
   auto response = fabric::is_known(reply)
-                      ? Response::of(reply.text, reply.state, call_.completion_signal)
+                      ? Response::of(reply.text, reply.state, call_->completion_signal)
                       : tl::unexpected(base::messages::response_of_unknown_kind());
   if (!response || reply.code == fabric::ServiceCode::refused) {
     // While the call is blocked, any number may come.
-    refused_.push_back(said);
+    refused_.push_back(refusal);
     if (refused_.size() > most_refused) {
       refused_.erase(refused_.begin());
     }
@@ -139,7 +139,7 @@ void OpenCall::take_final(const fabric::Reply& reply, ChannelOutput& out, Moment
     out.log(Level::warn, fmt::format("{}: the service failed: {}", name(), printable(reply.text)));
   }
   if (out.wanted(Level::debug)) {
-    if (const std::string hops = hops_of(call_, reply, now); !hops.empty()) {
+    if (const std::string hops = hops_of(*call_, reply, now); !hops.empty()) {
       out.log(Level::debug, fmt::format("{}: {}", name(), hops));
     }
   }
@@ -153,55 +153,45 @@ void OpenCall::refuse(const Attempt& of, const fabric::Message& what, Response i
   if (policy_.refused && !hold) {
     instead = Response::in_words(instead.text(), policy_.refused->response_state);
   }
-  const fabric::Message said = hold ? base::messages::refused_held(what)
-                                    : base::messages::refused_with_state(what, instead.state());
-  publish_event(fabric::EventKind::refused, of, said, out, now);
-  out.log(Level::error, fmt::format("{}: {}", name(), said));
+  const fabric::Message detail = hold ? base::messages::refused_held(what)
+                                      : base::messages::refused_with_state(what, instead.state());
+  publish_event(fabric::EventKind::refused, of, detail, out, now);
+  out.log(Level::error, fmt::format("{}: {}", name(), detail));
   if (hold) {
-    enter(phase::Held{unconfirmed_attempt(), {}}, said);
-    out.end(call_.id);
+    enter(phase::Held{unconfirmed_attempt(), {}}, detail);
+    out.end(call_->id);
   } else {
-    take_answer(of, std::move(instead), said, out, now);
+    take_answer(of, std::move(instead), detail, out, now);
   }
 }
 
 void OpenCall::take_answer(const Attempt& of, Response response, const fabric::Message& detail,
                            ChannelOutput& out, Moment now) {
-  if (out.events_wanted()) {
-    fabric::Event event;
-    event.kind = fabric::EventKind::replied;
-    event.call = call_.id;
-    event.attempt = of.number;
-    event.instance = of.instance;
-    event.uuid = call_.request.uuid;
-    event.text = response.text();
-    event.state = response.state();
-    event.detail = detail;
-    out.publish(std::move(event), now);
-  }
-  call_.answer = Answer{of.instance, of.number, response.text(), response.state()};
+  publish_event(fabric::EventKind::replied, of, detail, out, now, response.text(),
+                response.state());
+  call_->answer = Answer{of.instance, of.number, response.text(), response.state()};
   interim_.next.reset();
   if (std::holds_alternative<Interim>(interim_.current)) {
     // One that is half written comes to its end first, or to its next read (begin_writing).
     interim_.current = std::monostate{};
   }
-  const EntryNumber entry = out.append(AnsweredEntry{call_.id, *call_.answer});
+  const EntryNumber entry = out.append(AnsweredEntry{call_->id, *call_->answer});
   enter(phase::Answered{std::move(response), entry});
-  out.end(call_.id);
+  out.end(call_->id);
 }
 
 void OpenCall::answer_locally(const LocalAnswer& answer, ChannelOutput& out, Moment now) {
   if (answered()) {
     return;
   }
-  if (call_.attempts.empty()) {
+  if (call_->attempts.empty()) {
     // Opens it in the journal although it was not dispatched.
-    out.append_untracked(call_.dispatched({{}, 0}));
+    out.append_untracked(call_->dispatched({{}, 0}));
   }
   const Response& response = answer.response;
   out.log(Level::warn, fmt::format("{} is answered by {} with state {}: {}", name(), answer.by,
                                    response.state(), printable(response.text())));
-  const std::uint32_t attempt = call_.attempts.empty() ? 0 : call_.attempts.back().number;
+  const std::uint32_t attempt = call_->attempts.empty() ? 0 : call_->attempts.back().number;
   take_answer({fabric::InstanceId{}, attempt}, response, base::messages::answered_by(answer.by),
               out, now);
 }
@@ -243,12 +233,12 @@ void OpenCall::begin_writing(ChannelOutput& out) {
   }
   if (auto* const interim = std::get_if<Interim>(&interim_.current)) {
     if (interim->entry == 0) {
-      call_.shown.push_back(interim->response.state());
+      call_->shown.push_back(interim->response.state());
       interim_.current = AnswerWriter(AnswerWriter::Kind::interim, std::move(interim->response));
     }
   } else if (interim_.next && !interim_.unseen &&
              std::holds_alternative<std::monostate>(interim_.current)) {
-    const EntryNumber entry = out.append(InterimEntry{call_.id, interim_.next->state()});
+    const EntryNumber entry = out.append(InterimEntry{call_->id, interim_.next->state()});
     interim_.current = Interim{*std::exchange(interim_.next, std::nullopt), entry};
   }
 }
@@ -264,32 +254,34 @@ AnswerWriter* OpenCall::writer() {
 
 AnswerWriter::Step OpenCall::on_read(const ServiceSnapshot& snapshot, RequestStatus status,
                                      ChannelOutput& out, const ReadTime& time) {
-  if (status == RequestStatus::pending && stands_beside(snapshot, call_)) {
+  if (status == RequestStatus::pending && stands_beside(snapshot, *call_)) {
     // Once REQUEST_STATE is cleared, it must not be taken for another writer's response.
-    call_.shown.push_back(snapshot.response_state);
-    out.append_untracked(InterimEntry{call_.id, snapshot.response_state});
+    call_->shown.push_back(snapshot.response_state);
+    out.append_untracked(InterimEntry{call_->id, snapshot.response_state});
   }
-  return writer()->on_read(snapshot, status, call_.request, time);
+  return writer()->on_read(snapshot, status, call_->request, time);
 }
 
 RequestStatus OpenCall::on_snapshot(const ServiceSnapshot& snapshot, Moment now) {
   if (interim_.unseen && snapshot.has(Variable::response_state)) {
-    if (snapshot.response_state == call_.shown.back()) {
+    if (snapshot.response_state == call_->shown.back()) {
       // Those before it are overwritten.
-      call_.shown.assign(1, snapshot.response_state);
+      call_->shown.assign(1, snapshot.response_state);
       interim_.unseen = false;
     } else if (now.steady - *interim_.at >= takes_effect) {
       interim_.unseen = false;
     }
   }
   zero_seen_ = zero_seen_ || snapshot.request_state == 0;
-  return zero_seen_ && snapshot.request_state != 0 ? RequestStatus::replaced
-                                                   : compare(snapshot, call_.request, call_.shown);
+  return zero_seen_ && snapshot.request_state != 0
+             ? RequestStatus::replaced
+             : compare(snapshot, call_->request, call_->shown);
 }
 
 bool OpenCall::may_show_interim(const ServiceSnapshot& snapshot, RequestStatus status) const {
-  const bool same_texts = !snapshot.has(Variable::uuid) || (snapshot.uuid == call_.request.uuid &&
-                                                            snapshot.request == call_.request.text);
+  const bool same_texts =
+      !snapshot.has(Variable::uuid) ||
+      (snapshot.uuid == call_->request.uuid && snapshot.request == call_->request.text);
   return interim_.unseen && status == RequestStatus::withdrawn && same_texts;
 }
 
@@ -298,19 +290,13 @@ bool OpenCall::record_clearing(ChannelOutput& out) {
   if (writing == nullptr || writing->clearing != 0) {
     return false;
   }
-  writing->clearing = out.append(ClearingEntry{call_.id});
+  writing->clearing = out.append(ClearingEntry{call_->id});
   return true;
 }
 
 void OpenCall::interim_written(ChannelOutput& out, Moment now) {
   const auto& writer = std::get<AnswerWriter>(interim_.current);
-  fabric::Event event;
-  event.kind = fabric::EventKind::interim;
-  event.call = call_.id;
-  event.uuid = call_.request.uuid;
-  event.text = writer.text();
-  event.state = writer.state();
-  out.publish(std::move(event), now);
+  publish_event(fabric::EventKind::interim, {{}, 0}, {}, out, now, writer.text(), writer.state());
   interim_.at = now.steady;
   interim_.unseen = true;
   interim_.current = std::monostate{};

@@ -3,12 +3,13 @@
 //
 //   CallNumbers numbers(state.numbers());
 //   if (const auto entry = numbers.reserve()) append(*entry);      // then numbers.on_recorded()
-//   if (!numbers.used_up()) call.id = numbers.take();
+//   if (numbers.available()) call.id = numbers.take();
 #pragma once
 
 #include <cassert>
 #include <cstdint>
 #include <optional>
+#include <utility>
 
 #include "fabric/messages.hpp"
 #include "gateway/journal_entry.hpp"
@@ -27,8 +28,11 @@ class CallNumbers {
   }
 
   [[nodiscard]] std::uint64_t epoch() const { return epoch_; }
-  /// The journal has not confirmed the next one.
-  [[nodiscard]] bool used_up() const { return last_ == recorded_; }
+  /// False if the journal has not confirmed the next one: a request has to wait for that.
+  [[nodiscard]] bool available() {
+    awaited_ = awaited_ || last_ == recorded_;
+    return last_ != recorded_;
+  }
   fabric::CallId take() {
     assert(last_ < recorded_);
     return {epoch_, ++last_};
@@ -42,8 +46,11 @@ class CallNumbers {
     reserved_ += block;
     return NumbersEntry{epoch_, reserved_};
   }
-  /// The journal has stored the reservation.
-  void on_recorded() { recorded_ = reserved_; }
+  /// The journal has stored the reservation. True if a request waits for it.
+  bool on_recorded() {
+    recorded_ = reserved_;
+    return std::exchange(awaited_, false);
+  }
 
  private:
   /// A restart continues after the block (our choice).
@@ -53,6 +60,7 @@ class CallNumbers {
   std::uint64_t last_;
   std::uint64_t recorded_;
   std::uint64_t reserved_;
+  bool awaited_ = false;
 };
 
 }  // namespace millrace::gateway::core

@@ -18,25 +18,24 @@ constexpr std::chrono::seconds longest_end{2};
 
 Core::Core(Fabric& fabric, Host& host, CoreOptions options,
            const journal::JournalState& journal_state)
-    : fabric_(fabric),
-      host_(host),
+    : host_(host),
       options_(std::move(options)),
-      intervals_(settings::intervals_of(options_.machines)),
       journal_state_(journal_state),
       now_(host.now()),
-      stall_(options_.lease),
+      input_{.stall = machines::StallDetector(options_.lease)},
       context_(fabric, host),
-      numbers_(journal_state.numbers()),
+      admission_{.numbers = CallNumbers(journal_state.numbers())},
       queues_(fabric, host),
       machines_(options_.own, fabric, host, *this) {
+  channels_.set(options_.machines);
   context_.blocked.resume(journal_state.blocked());
 }
 
 void Core::enter() {
-  assert(!inside_);
-  inside_ = true;
+  assert(!input_.at_work);
+  input_.at_work = true;
   now_ = host_.now();
-  if (const auto overdue = stall_.take_overdue(now_.steady)) {
+  if (const auto overdue = input_.stall.take_overdue(now_.steady)) {
     if (machines_.on_stall(now_) || *overdue > options_.lease) {
       host_.log(Level::warn, fmt::format("this gateway stood still for {:.1f} s",
                                          std::chrono::duration<double>(*overdue).count()));
@@ -51,20 +50,22 @@ void Core::finish() {
     machines_.finish(now_);
   } while (deliver_queue_events());
   machines_.ask_values(now_);
-  if (ends_at_ && !may_end_ && (!answering() || *ends_at_ <= now_.steady)) {
-    may_end_ = true;
-    host_.may_end(answering());
+  if (ending_ && !ending_->announced &&
+      (!channels_.answering() || ending_->at_latest <= now_.steady)) {
+    ending_->announced = true;
+    host_.may_end(channels_.answering());
   }
-  if (const auto next = next_time(); next != wakes_at_) {
-    wakes_at_ = next;
+  if (const auto next = next_time(); next != input_.wakes_at) {
+    input_.wakes_at = next;
     host_.wake_at(next);
   }
-  inside_ = false;
+  input_.at_work = false;
 }
 
 std::optional<SteadyTime> Core::next_time() const {
-  return earliest({may_end_ ? std::nullopt : ends_at_, next_time_of_calls(), machines_.next_time(),
-                   queues_.next_time()});
+  const auto ends_at =
+      ending_ && !ending_->announced ? std::optional(ending_->at_latest) : std::nullopt;
+  return earliest({ends_at, next_time_of_calls(), machines_.next_time(), queues_.next_time()});
 }
 
 void Core::start() {
@@ -72,7 +73,7 @@ void Core::start() {
     for (const CallRecord& call : journal_state_.open_calls()) {
       open(call.key).resume(call, policy_of(call.key, fabric::canonical_uuid(call.request.uuid)));
     }
-    queues_.set(settings::queues_of(options_.machines), journal_state_.queues(), now_);
+    queues_.set(options_.machines, journal_state_.queues(), now_);
     machines_.set_journal(options_.journal);
     machines_.set(options_.machines, now_);
   });
@@ -82,36 +83,30 @@ void Core::change(std::vector<settings::MachineSettings> machines, Policies poli
   input([&] {
     options_.machines = std::move(machines);
     options_.policies = std::move(policies);
-    intervals_ = settings::intervals_of(options_.machines);
-    for (auto& [key, channel] : channels_) {
-      channel.set_intervals(intervals_of(key.machine));
-    }
+    channels_.set(options_.machines);
     offer_again();
-    queues_.set(settings::queues_of(options_.machines), journal_state_.queues(), now_);
+    queues_.set(options_.machines, journal_state_.queues(), now_);
     machines_.set(options_.machines, now_);
   });
 }
 
 void Core::stop() {
   input([&] {
-    ends_at_ = now_.steady + longest_end;
-    stop_accepting(base::messages::gateway_ending());
+    ending_ = {now_.steady + longest_end};
+    admission_.stopped = base::messages::gateway_ending();
   });
 }
 
 void Core::end() {
   input([&] {
-    for (auto& [key, channel] : channels_) {
-      channel.shut_down(now_);
-      follow(channel);
-    }
+    step_all([&](channel::Channel& channel) { channel.shut_down(now_); });
     dispose(context_.answered.take_all());
   });
 }
 
 void Core::on_time() {
   input([&] {
-    wakes_at_.reset();
+    input_.wakes_at.reset();
     machines_.on_time(now_);
     queues_.on_time(now_);
     if (const auto next = next_time_of_calls(); next && *next <= now_.steady) {
@@ -121,7 +116,7 @@ void Core::on_time() {
 }
 
 std::optional<SteadyTime> Core::next_time_of_calls() const {
-  return earliest({dispatcher_.next_time(), context_.answered.next_time(), timers_.next()});
+  return earliest({dispatcher_.next_time(), context_.answered.next_time(), channels_.next_time()});
 }
 
 void Core::on_time_of_calls() {
@@ -131,16 +126,15 @@ void Core::on_time_of_calls() {
     offer_again();
   }
   dispose(context_.answered.due(now_.steady));
-  for (const fabric::ChannelKey& key : timers_.take_due(now_.steady)) {
-    channel::Channel& channel = *index_.at(key);
-    channel.on_wake(now_);
-    follow(channel);
+  for (channel::Channel* const channel : channels_.take_due(now_.steady)) {
+    channel->on_wake(now_);
+    follow(*channel);
   }
 }
 
 SteadyTime Core::heartbeat() {
   input([] {});
-  return stall_.heartbeat(now_.steady);
+  return input_.stall.heartbeat(now_.steady);
 }
 
 void Core::publish_load() {
@@ -225,8 +219,7 @@ void Core::on_recorded(const Ticket& ticket) {
         queues_.on_recorded(ticket, now_);
         break;
       case Ticket::Owner::numbers:
-        numbers_.on_recorded();
-        if (std::exchange(out_of_numbers_, false)) {
+        if (admission_.numbers.on_recorded()) {
           offer_again();
         }
         break;
@@ -239,13 +232,13 @@ void Core::on_recorded(const Ticket& ticket) {
 
 void Core::on_journal_error(const fabric::Message& error) {
   input([&] {
-    if (!ends_at_) {
+    if (!ending_) {
       context_.journal_error = error;
-      for (auto& [key, channel] : channels_) {
-        channel.republish_status(now_);
-        follow(channel);
+      step_all([&](channel::Channel& channel) { channel.republish_status(now_); });
+      admission_.stopped = error;
+      if (error.empty()) {
+        offer_again();
       }
-      error.empty() ? accept_again() : stop_accepting(error);
     }
     machines_.set_journal(error.empty() ? options_.journal : fabric::JournalState::not_writable);
     host_.set_alarm({.kind = "journal"}, error, base::messages::free_space());
@@ -276,10 +269,7 @@ void Core::set_readers(const Readers& readers) {
   input([&] {
     const Readers before = std::exchange(context_.readers, readers);
     if (readers.statuses && !before.statuses) {
-      for (auto& [key, channel] : channels_) {
-        channel.republish_status(now_);
-        follow(channel);
-      }
+      step_all([&](channel::Channel& channel) { channel.republish_status(now_); });
     }
   });
 }

@@ -12,24 +12,20 @@
 // remaining actions and requests the next wake-up.
 #pragma once
 
-#include <map>
-#include <memory>
 #include <optional>
-#include <set>
 #include <string>
-#include <unordered_map>
+#include <type_traits>
 #include <vector>
 
 #include <tl/expected.hpp>
 
 #include "fabric/request_key.hpp"
-#include "gateway/channel/channel.hpp"
 #include "gateway/core/call_numbers.hpp"
+#include "gateway/core/channel_table.hpp"
 #include "gateway/core/machines.hpp"
 #include "gateway/core/message_queues.hpp"
 #include "gateway/core/ports.hpp"
 #include "gateway/core/predecessor_calls.hpp"
-#include "gateway/core/timers.hpp"
 #include "gateway/dispatch/dispatcher.hpp"
 #include "gateway/journal/journal_state.hpp"
 #include "gateway/machines/stall_detector.hpp"
@@ -58,14 +54,6 @@ struct OperatorAnswer {
   std::uint32_t state = 0;
   /// For people: "operator@host".
   std::string by;
-};
-
-/// The calls of all channels since the start, by their end.
-struct CallCounts {
-  std::uint64_t answered = 0;
-  /// Answered with an error by the gateway.
-  std::uint64_t failed = 0;
-  std::uint64_t withdrawn = 0;
 };
 
 class Core : public machines::ControllerEvents, protected MachinesListener {
@@ -133,8 +121,10 @@ class Core : public machines::ControllerEvents, protected MachinesListener {
   CommandResult on_retry(const fabric::ChannelKey& key, const fabric::CallId& call,
                          const std::string& by);
 
-  [[nodiscard]] bool serves(const fabric::ChannelKey& key) const { return channels_.contains(key); }
-  [[nodiscard]] CallCounts counts() const;
+  [[nodiscard]] bool serves(const fabric::ChannelKey& key) const {
+    return channels_.find(key) != nullptr;
+  }
+  [[nodiscard]] CallCounts counts() const { return channels_.counts(); }
 
  protected:
   // Events of machines; core_channels.cpp. The simulation observes machines and the calls of
@@ -147,7 +137,9 @@ class Core : public machines::ControllerEvents, protected MachinesListener {
   void on_predecessor_call(const fabric::ChannelStatus& status, const std::string& from) override;
   void on_trusted(const fabric::ChannelKey& key, bool trusted) override;
   void on_change(const fabric::ChannelKey& key, Variable variable) override;
-  [[nodiscard]] machines::Channels channels_of(const std::string& machine) const override;
+  [[nodiscard]] machines::Channels channels_of(const std::string& machine) const override {
+    return channels_.of(machine);
+  }
   virtual ServiceAccess& access_of(const fabric::ChannelKey& key);
   virtual void read_channel(const fabric::ChannelKey& key, const ServiceSnapshot& snapshot);
   [[nodiscard]] ServiceSnapshot queue_snapshot(const fabric::ChannelKey& key) const {
@@ -159,10 +151,16 @@ class Core : public machines::ControllerEvents, protected MachinesListener {
   void enter();
   void finish();
   template <typename Act>
-  void input(Act act) {
+  auto input(Act act) {
     enter();
-    act();
-    finish();
+    if constexpr (std::is_void_v<decltype(act())>) {
+      act();
+      finish();
+    } else {
+      auto result = act();
+      finish();
+      return result;
+    }
   }
   [[nodiscard]] std::optional<SteadyTime> next_time() const;
   /// When something is due with a channel or a call.
@@ -170,12 +168,12 @@ class Core : public machines::ControllerEvents, protected MachinesListener {
   void on_time_of_calls();
 
   // Which channels there are; core_channels.cpp.
-  channel::Channel* find(const fabric::ChannelKey& key);
-  channel::Channel& open(const fabric::ChannelKey& key);
-  [[nodiscard]] ReadIntervals intervals_of(const std::string& machine) const;
+  channel::Channel& open(const fabric::ChannelKey& key) {
+    return channels_.open(key, access_of(key), context_);
+  }
   /// These are served, and those that are leaving are brought to their end.
-  void link_up(const std::string& machine, const machines::Channels& channels);
-  void link_down(const std::string& machine, const fabric::Message& reason);
+  void serve(const std::string& machine, const machines::Channels& channels);
+  void take_down(const std::string& machine, const fabric::Message& reason);
   template <typename End>
   void lose_link(const std::string& machine, End end);
   void drain(const fabric::ChannelKey& key);
@@ -190,11 +188,18 @@ class Core : public machines::ControllerEvents, protected MachinesListener {
   /// Without effect if the core does not have the channel any more.
   template <typename Step>
   void step(const fabric::ChannelKey& key, Step step) {
-    if (channel::Channel* channel = find(key)) {
+    if (channel::Channel* channel = channels_.find(key)) {
       step(*channel);
       follow(*channel);
     }
     remove_drained_channels();
+  }
+  template <typename Step>
+  void step_all(Step step) {
+    for (auto& [key, channel] : channels_) {
+      step(channel);
+      follow(channel);
+    }
   }
   /// Performs the actions of the channel's last steps.
   void follow(channel::Channel& channel);
@@ -209,61 +214,52 @@ class Core : public machines::ControllerEvents, protected MachinesListener {
   bool hold_for_predecessor(channel::Channel& channel, const std::string& canonical_uuid,
                             const Policy& policy);
   /// Skipped requests may now have another reason, or none.
-  void offer_again();
-  /// No call is accepted, and why; until accept_again().
-  void stop_accepting(fabric::Message reason) { not_accepting_ = std::move(reason); }
-  void accept_again();
+  void offer_again() {
+    step_all([&](channel::Channel& channel) { channel.offer_again(now_); });
+  }
   [[nodiscard]] Policy policy_of(const fabric::ChannelKey& key,
                                  const std::string& canonical_uuid) const;
   fabric::CallId next_id();
   void reserve_numbers();
-  /// An answer is on its way into a channel.
-  [[nodiscard]] bool answering() const;
 
-  // Commands of operators; core_commands.cpp.
-  CommandResult answer_pending(const fabric::ChannelKey& key, const fabric::CallId& call,
-                               const OperatorAnswer& answer);
-  CommandResult retry_pending(const fabric::ChannelKey& key, const fabric::CallId& call,
-                              const std::string& by);
   /// The error is for the operator.
   tl::expected<channel::Channel*, fabric::Message> find_pending(const fabric::ChannelKey& key,
                                                                 const fabric::CallId& call);
 
-  Fabric& fabric_;
+  /// The present input, or the last one.
+  struct Input {
+    bool at_work = false;
+    machines::StallDetector stall;
+    /// The last wake-up time that was requested.
+    std::optional<SteadyTime> wakes_at{};
+  };
+  /// What decides whether a found request becomes a call.
+  struct Admission {
+    CallNumbers numbers;
+    PredecessorCalls predecessors{};
+    /// Why no call is accepted; empty while calls are.
+    fabric::Message stopped{};
+  };
+  /// The gateway is to end.
+  struct Ending {
+    SteadyTime at_latest;
+    /// Host::may_end() was called.
+    bool announced = false;
+  };
+
   Host& host_;
   CoreOptions options_;
-  std::map<std::string, ReadIntervals> intervals_;
   const journal::JournalState& journal_state_;
   Moment now_;
-  /// An input is at work.
-  bool inside_ = false;
-  machines::StallDetector stall_;
+  Input input_;
   dispatch::Dispatcher dispatcher_;
   /// Before the channels, which refer to it.
   channel::ChannelContext context_;
-  /// By machine.
-  std::map<std::string, std::shared_ptr<WriteEffects>> effects_;
-  std::map<fabric::ChannelKey, channel::Channel> channels_;
-  /// The same, to find one quickly.
-  std::unordered_map<fabric::ChannelKey, channel::Channel*, fabric::ChannelKeyHash> index_;
-  /// Channels that are drained or handed over, until they are over.
-  std::set<fabric::ChannelKey> draining_;
-  /// Of removed channels.
-  CallCounts past_counts_;
-  PredecessorCalls predecessors_;
-  Timers timers_;
-  CallNumbers numbers_;
-  /// A request was skipped because no call number was available.
-  bool out_of_numbers_ = false;
-  /// Why no call is accepted; empty while calls are.
-  fabric::Message not_accepting_;
+  ChannelTable channels_;
+  Admission admission_;
   MessageQueues queues_;
   Machines machines_;
-  /// The last wake-up time that was requested.
-  std::optional<SteadyTime> wakes_at_;
-  /// It is to end, at this time at the latest.
-  std::optional<SteadyTime> ends_at_;
-  bool may_end_ = false;
+  std::optional<Ending> ending_;
 };
 
 }  // namespace millrace::gateway::core

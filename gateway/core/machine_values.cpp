@@ -39,97 +39,99 @@ void MachineValues::set(const settings::MachineSettings& settings, Moment now) {
 }
 
 void MachineValues::begin(Moment now) {
-  if (sampler_) {
-    sampler_->on_over(0, now);
+  if (sampling_) {
+    sampling_->sampler.on_over(0, now);
     publish_output(now);
-    sampler_.reset();
-    data_turn_ = {};
+    sampling_.reset();
   }
-  programs_.clear();
   data::DataSettings all = settings_.data;
   for (const programs::ProgramSettings& program : settings_.programs) {
-    programs_.try_emplace(program.channel, fabric::ChannelKey{machine_, program.channel}, program);
     all.groups.push_back(programs::group_of(program));
   }
   if (!all.groups.empty()) {
-    sampler_.emplace(machine_, all);
-    if (up_) {
-      sampler_->on_up({channels_.begin(), channels_.end()}, now.steady);
+    sampling_.emplace(Sampling{.sampler = data::Sampler(machine_, all)});
+    for (const programs::ProgramSettings& program : settings_.programs) {
+      sampling_->programs.try_emplace(program.channel,
+                                      fabric::ChannelKey{machine_, program.channel}, program);
+    }
+    if (link_state_ == LinkState::up) {
+      sampling_->sampler.on_up({channels_.begin(), channels_.end()}, now.steady);
     }
   }
-  changed_ = true;
+  due_.now = true;
 }
 
 void MachineValues::on_up(const machines::Channels& channels, Moment now) {
-  up_ = true;
-  down_ = false;
+  link_state_ = LinkState::up;
   channels_.insert(channels.begin(), channels.end());
-  if (sampler_) {
-    sampler_->on_up(channels, now.steady);
+  if (sampling_) {
+    sampling_->sampler.on_up(channels, now.steady);
   }
   variables_.on_up(channels, now);
-  changed_ = true;
+  due_.now = true;
 }
 
-void MachineValues::stop_asking() {
-  data_turn_ = {};
+void MachineValues::stop_asking(LinkState state) {
+  if (sampling_) {
+    sampling_->turn = {};
+  }
   variables_turn_ = {};
-  gives_way_ = false;
-  up_ = false;
-  changed_ = true;
+  link_state_ = state;
+  due_.gives_way = false;
+  due_.now = true;
 }
 
 void MachineValues::on_down(const fabric::Message& reason, Moment now) {
-  stop_asking();
-  down_ = true;
-  if (sampler_) {
+  stop_asking(LinkState::down);
+  if (sampling_) {
     // The machine's status has the reason for all its values.
-    sampler_->on_down(base::messages::link_is_down(), now);
+    sampling_->sampler.on_down(base::messages::link_is_down(), now);
   }
   variables_.on_down(reason, now);
 }
 
 void MachineValues::on_dropped(Moment now) {
-  stop_asking();
-  down_ = false;
+  stop_asking(LinkState::none);
   channels_.clear();
-  if (sampler_) {
-    sampler_->on_over(0, now);
+  if (sampling_) {
+    sampling_->sampler.on_over(0, now);
   }
   variables_.on_over(0, now);
 }
 
 void MachineValues::on_over(std::uint16_t channel, Moment now) {
   channels_.erase(channel);
-  if (sampler_) {
-    sampler_->on_over(channel, now);
+  if (sampling_) {
+    sampling_->sampler.on_over(channel, now);
   }
   variables_.on_over(channel, now);
-  changed_ = true;
+  due_.now = true;
 }
 
 void MachineValues::on_request(const fabric::VariableRequest& request, Moment now) {
   // Which channels a controller has that never answered is not known.
-  const bool never_up = down_ && channels_.empty();
+  const bool never_up = link_state_ == LinkState::down && channels_.empty();
   if (never_up || channels_.contains(request.key.channel)) {
     variables_.on_request(request, now);
-    changed_ = true;
+    due_.now = true;
   }
 }
 
 void MachineValues::on_answer(const machines::Answer& answer, Moment now) {
-  Turn& turn = answer.requester == machines::Requester::data ? data_turn_ : variables_turn_;
-  if (turn.asked == 0 || answer.number != turn.asked) {
+  const bool of_data = answer.requester == machines::Requester::data;
+  Turn* const turn = !of_data ? &variables_turn_ : sampling_ ? &sampling_->turn : nullptr;
+  if (turn == nullptr || turn->asked == 0 || answer.number != turn->asked) {
     return;
   }
-  turn.asked = 0;
-  changed_ = true;
-  if (answer.requester == machines::Requester::data) {
+  turn->asked = 0;
+  due_.now = true;
+  if (of_data) {
     std::visit(fabric::Cases{[&](const std::vector<data::Sampler::Resolved>& known) {
-                               sampler_->on_resolved(known, answer.requests, now);
+                               sampling_->sampler.on_resolved(known, answer.requests, now);
                              },
                              [&](const std::vector<data::Sampler::Answer>& values) {
-                               sampler_->on_read(values, answer.requests, answer.sums, now);
+                               sampling_->sampler.on_read(values, answer.requests, answer.sums,
+                                                          now);
                              },
                              [](const auto&) {}},
                answer.found);
@@ -158,14 +160,10 @@ SteadyTime MachineValues::time_for(Turn& turn, const Patience& patience,
   const SteadyTime latest = *turn.wanted_since + patience.longest;
   const SteadyTime at = rests_since ? std::min(*rests_since + patience.rest, latest) : latest;
   if (at > now.steady) {
-    gives_way_ = true;
+    due_.gives_way = true;
     wake_at(at);
   }
   return at;
-}
-
-void MachineValues::wake_at(std::optional<SteadyTime> time) {
-  next_ = earliest({next_, time});
 }
 
 void MachineValues::ask(machines::Controller& link, Turn& turn, machines::Requester requester,
@@ -197,30 +195,30 @@ void MachineValues::ask_variables(machines::Controller& link, std::optional<Stea
 void MachineValues::ask_data(machines::Controller& link, std::optional<SteadyTime> rests_since,
                              Moment now) {
   constexpr Patience patience{.rest = 1ms, .longest = 50ms};
-  const auto due = sampler_ ? sampler_->next_time(now.steady) : std::nullopt;
+  const auto due = sampling_ ? sampling_->sampler.next_time(now.steady) : std::nullopt;
   if (!due || *due > now.steady) {
     wake_at(due);
     return;
   }
-  if (time_for(data_turn_, patience, rests_since, now) > now.steady) {
+  if (time_for(sampling_->turn, patience, rests_since, now) > now.steady) {
     return;
   }
-  data_turn_ = {};
-  if (auto step = sampler_->next(now)) {
-    ask(link, data_turn_, machines::Requester::data,
-        std::visit([](auto&& one) -> variables::Step { return std::forward<decltype(one)>(one); },
+  sampling_->turn = {};
+  if (auto step = sampling_->sampler.next(now)) {
+    ask(link, sampling_->turn, machines::Requester::data,
+        std::visit([](auto&& sampled)
+                       -> variables::Step { return std::forward<decltype(sampled)>(sampled); },
                    *std::move(step)));
-  } else if (const auto next = sampler_->next_time(now.steady)) {
+  } else if (const auto next = sampling_->sampler.next_time(now.steady)) {
     wake_at(std::max(*next, now.steady + patience.rest));
   }
 }
 
 void MachineValues::pump(machines::Controller* link, std::optional<SteadyTime> rests_since,
                          Moment now) {
-  next_.reset();
-  gives_way_ = false;
+  due_ = {.now = due_.now};
   variables_.on_time(now);
-  if (up_ && link != nullptr) {
+  if (link_state_ == LinkState::up && link != nullptr) {
     // Before replies are sent: the controller's response takes longest.
     ask_variables(*link, rests_since, now);
     ask_data(*link, rests_since, now);
@@ -231,9 +229,9 @@ void MachineValues::pump(machines::Controller* link, std::optional<SteadyTime> r
 }
 
 void MachineValues::publish_output(Moment now) {
-  changed_ = false;
-  if (sampler_) {
-    const data::Output output = sampler_->take_output();
+  due_.now = false;
+  if (sampling_) {
+    const data::Output output = sampling_->sampler.take_output();
     for (const fabric::DataSample& sample : output.samples) {
       publish(sample);
     }
@@ -263,8 +261,8 @@ void MachineValues::publish(const fabric::DataSample& sample) {
     fabric_.publish(sample);
     return;
   }
-  const auto program = programs_.find(sample.key.channel);
-  if (program == programs_.end()) {
+  const auto program = sampling_->programs.find(sample.key.channel);
+  if (program == sampling_->programs.end()) {
     return;
   }
   for (const fabric::ProgramEvent& event : program->second.on_sample(sample)) {

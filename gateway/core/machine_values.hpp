@@ -45,12 +45,12 @@ class MachineValues {
   void pump(machines::Controller* link, std::optional<SteadyTime> rests_since, Moment now);
   /// pump() has work.
   [[nodiscard]] bool is_due(Moment now) const {
-    return changed_ || gives_way_ || (next_ && *next_ <= now.steady);
+    return due_.now || due_.gives_way || (due_.at && *due_.at <= now.steady);
   }
   /// A question waits until no call is under way: the next event may be the time for it.
-  [[nodiscard]] bool gives_way() const { return gives_way_; }
+  [[nodiscard]] bool gives_way() const { return due_.gives_way; }
   /// When it has work if nothing else happens.
-  [[nodiscard]] std::optional<SteadyTime> next_time() const { return next_; }
+  [[nodiscard]] std::optional<SteadyTime> next_time() const { return due_.at; }
 
  private:
   /// Of data or of variables.
@@ -66,14 +66,30 @@ class MachineValues {
     std::chrono::milliseconds longest;
   };
 
+  /// Of what is sampled, if there is anything.
+  struct Sampling {
+    data::Sampler sampler;
+    std::map<std::uint16_t, programs::ProgramWatch> programs{};
+    Turn turn{};
+  };
+  /// Of a link that was never up the channels are unknown.
+  enum class LinkState : std::uint8_t { none, up, down };
+  /// When pump() has work.
+  struct Due {
+    bool now = false;
+    /// A question waits for calls.
+    bool gives_way = false;
+    std::optional<SteadyTime> at{};
+  };
+
   void begin(Moment now);
-  void stop_asking();
+  void stop_asking(LinkState state);
   /// When the question may be asked: now, or later.
   SteadyTime time_for(Turn& turn, const Patience& patience, std::optional<SteadyTime> rests_since,
                       Moment now);
   void ask(machines::Controller& link, Turn& turn, machines::Requester requester,
            variables::Step step);
-  void wake_at(std::optional<SteadyTime> time);
+  void wake_at(std::optional<SteadyTime> time) { due_.at = earliest({due_.at, time}); }
   void ask_variables(machines::Controller& link, std::optional<SteadyTime> rests_since, Moment now);
   void ask_data(machines::Controller& link, std::optional<SteadyTime> rests_since, Moment now);
   void publish_output(Moment now);
@@ -84,22 +100,14 @@ class MachineValues {
   Host& host_;
   fabric::InstanceId own_;
   settings::MachineSettings settings_;
-  /// None where there is nothing to sample.
-  std::optional<data::Sampler> sampler_;
-  std::map<std::uint16_t, programs::ProgramWatch> programs_;
+  std::optional<Sampling> sampling_;
   variables::VariableRequests variables_;
-  Turn data_turn_;
   Turn variables_turn_;
   std::uint64_t last_question_ = 0;
-  bool up_ = false;
-  /// Our link is down; of a link that was never up the channels are unknown.
-  bool down_ = false;
+  LinkState link_state_ = LinkState::none;
   /// Those that are ours, also while the link is down.
   std::set<std::uint16_t> channels_;
-  bool changed_ = false;
-  /// A question waits for calls.
-  bool gives_way_ = false;
-  std::optional<SteadyTime> next_;
+  Due due_;
 };
 
 }  // namespace millrace::gateway::core

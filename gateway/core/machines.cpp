@@ -16,10 +16,8 @@ std::string address_of(const settings::MachineSettings& settings) {
   return settings.address().substr(0, most);
 }
 
-bool same_way(const settings::MachineSettings& a, const settings::MachineSettings& b) {
-  return a.host == b.host && a.tcp_port == b.tcp_port && a.net_id == b.net_id &&
-         a.source == b.source && a.security == b.security && a.channels == b.channels &&
-         a.symbol == b.symbol;
+bool same_connection(const settings::MachineSettings& a, const settings::MachineSettings& b) {
+  return a.controller == b.controller && a.channels == b.channels && a.symbol == b.symbol;
 }
 
 /// Of others' channels: far more than a fabric has.
@@ -45,13 +43,13 @@ void Machines::set(const std::vector<settings::MachineSettings>& wanted, Moment 
       change(found->second, settings, now);
     }
   }
-  for (auto& [name, one] : machines_) {
-    if (!names.contains(name) && !one.removed) {
+  for (auto& [name, machine] : machines_) {
+    if (!names.contains(name) && !machine.removed) {
       host_.log(Level::info,
-                fmt::format("{}: removed from the configuration", one.settings.to_string()));
-      one.removed = true;
+                fmt::format("{}: removed from the configuration", machine.settings.to_string()));
+      machine.removed = true;
       for (const std::uint16_t channel : listener_.channels_of(name)) {
-        remove(one, channel, now);
+        remove(machine, channel, now);
       }
       reviews_.insert(name);
     }
@@ -72,122 +70,123 @@ Machines::Machine& Machines::add(const settings::MachineSettings& settings, Mome
   status.version = own_.version;
   status.epoch = own_.epoch;
   status.journal = journal_;
-  Machine& one =
+  Machine& machine =
       machines_
           .try_emplace(settings.name, settings, machines::MachineStatusWriter(std::move(status)),
                        MachineValues(settings.name, fabric_, host_, own_.id))
           .first->second;
-  values_of(one).set(settings, now);
-  return one;
+  values_of(machine).set(settings, now);
+  return machine;
 }
 
-void Machines::change(Machine& one, const settings::MachineSettings& settings, Moment now) {
-  values_of(one).set(settings, now);
-  const bool same = same_way(one.settings, settings);
-  const bool more = one.removed || claims_more(settings.channels, one.settings.channels);
-  one.settings = settings;
-  one.removed = false;
-  one.status_writer.set_poll(settings.intervals.idle);
-  one.status_writer.set_address(address_of(settings));
-  claims_.set_address(settings.name, one.status_writer.status().address);
+void Machines::change(Machine& machine, const settings::MachineSettings& settings, Moment now) {
+  values_of(machine).set(settings, now);
+  const bool same = same_connection(machine.settings, settings);
+  const bool more = machine.removed || claims_more(settings.channels, machine.settings.channels);
+  machine.settings = settings;
+  machine.removed = false;
+  machine.status_writer.set_poll(settings.intervals.idle);
+  machine.status_writer.set_address(address_of(settings));
+  claims_.set_address(settings.name, machine.status_writer.status().address);
   if (same && !more) {
-    apply(one, one.subscriptions.set_mode(settings.watch), now);
-    publish(one);
+    apply(machine, machine.subscriptions.set_mode(settings.watch), now);
+    publish(machine);
     return;
   }
-  one.status_writer.claim(more ? machines::plausible(now.wall) : one.status_writer.status().claimed,
-                          settings.channels);
+  machine.status_writer.claim(
+      more ? machines::plausible(now.wall) : machine.status_writer.status().claimed,
+      settings.channels);
   host_.log(Level::info, fmt::format("{}: the configuration has changed", settings.to_string()));
-  drop_link(one, base::messages::configuration_changed(), now);
+  drop_link(machine, base::messages::configuration_changed(), now);
   for (const std::uint16_t channel : listener_.channels_of(settings.name)) {
     if (!settings.channels.empty() &&
         std::ranges::find(settings.channels, channel) == settings.channels.end()) {
-      remove(one, channel, now);
+      remove(machine, channel, now);
     }
   }
-  if (one.listening() == nullptr) {
+  if (machine.listening() == nullptr) {
     review(settings.name, now);
   }
 }
 
-void Machines::connect(Machine& one, Moment now) {
-  one.phase = Machine::Connected{host_.connect(one.settings)};
-  if (one.refusal.empty()) {
-    one.status_writer.on_down("connecting", now);
+void Machines::connect(Machine& machine, Moment now) {
+  machine.phase = Machine::Connected{host_.connect(machine.settings)};
+  if (machine.refusal.empty()) {
+    machine.status_writer.on_down("connecting", now);
   }
 }
 
-void Machines::drop_link(Machine& one, const fabric::Message& reason, Moment now) {
-  if (one.connected() == nullptr) {
+void Machines::drop_link(Machine& machine, const fabric::Message& reason, Moment now) {
+  if (machine.connected() == nullptr) {
     return;
   }
-  one.phase = Machine::StandingBy{};
-  forget_accounted(one.settings.name);
-  one.subscriptions.link_down();
-  values_of(one).on_dropped(now);
-  listener_.on_link_dropped(one.settings.name, reason);
+  machine.phase = Machine::StandingBy{};
+  forget_accounted(machine.settings.name);
+  machine.subscriptions.link_down();
+  values_of(machine).on_dropped(now);
+  listener_.on_link_dropped(machine.settings.name, reason);
 }
 
 /// The channel was removed from the configuration.
-void Machines::remove(Machine& one, std::uint16_t channel, Moment now) {
-  values_of(one).on_over(channel, now);
-  listener_.on_channel_removed({one.settings.name, channel});
+void Machines::remove(Machine& machine, std::uint16_t channel, Moment now) {
+  values_of(machine).on_over(channel, now);
+  listener_.on_channel_removed({machine.settings.name, channel});
 }
 
 /// Another gateway serves it.
-void Machines::not_owner(Machine& one, std::uint16_t channel, const fabric::Message& reason,
+void Machines::not_owner(Machine& machine, std::uint16_t channel, const fabric::Message& reason,
                          Moment now) {
-  values_of(one).on_over(channel, now);
-  forget_accounted(one.settings.name, channel);
-  listener_.on_not_owner({one.settings.name, channel}, reason);
+  values_of(machine).on_over(channel, now);
+  forget_accounted(machine.settings.name, channel);
+  listener_.on_not_owner({machine.settings.name, channel}, reason);
 }
 
-void Machines::publish(Machine& one) {
-  if (const auto news = one.status_writer.take_change()) {
+void Machines::publish(Machine& machine) {
+  if (const auto news = machine.status_writer.take_change()) {
     fabric_.publish(*news);
   }
 }
 
 Machines::Machine* Machines::find_linked(const std::string& machine) {
-  Machine& one = machines_.at(machine);
-  return one.connected() != nullptr ? &one : nullptr;
+  Machine& found = machines_.at(machine);
+  return found.connected() != nullptr ? &found : nullptr;
 }
 
 void Machines::on_link_up(const std::string& machine, const Channels& channels, Moment now) {
-  if (Machine* one = find_linked(machine)) {
-    one->connected()->found = channels;
-    serve(*one, now);
+  if (Machine* linked = find_linked(machine)) {
+    linked->connected()->found = channels;
+    serve(*linked, now);
   }
 }
 
 void Machines::on_link_down(const std::string& machine, const machines::LinkLoss& loss,
                             Moment now) {
-  if (Machine* one = find_linked(machine)) {
-    one->connected()->found.reset();
-    one->connected()->served.clear();
-    one->subscriptions.link_down();
-    if (one->refusal.empty()) {
-      one->status_writer.on_down(loss.reason, now, loss.silent_for);
+  if (Machine* linked = find_linked(machine)) {
+    linked->connected()->found.reset();
+    linked->connected()->served.clear();
+    linked->subscriptions.link_down();
+    if (linked->refusal.empty()) {
+      linked->status_writer.on_down(loss.reason, now, loss.silent_for);
     }
-    values_of(*one).on_down(loss.reason, now);
+    values_of(*linked).on_down(loss.reason, now);
     listener_.on_lost(machine, loss.reason);
-    publish(*one);
+    publish(*linked);
   }
 }
 
 void Machines::on_machine(const fabric::MachineStatus& status, Moment now) {
-  if (!consider(status, now)) {
+  if (!note_claim(status, now)) {
     // Its earlier samples may have kept us from serving.
     review(status.machine, now);
     return;
   }
   if (const auto found = machines_.find(status.machine); found != machines_.end()) {
     fabric_.subscribe_channels();
-    machines::MachineStatusWriter& ours = found->second.status_writer;
-    if (status.connected && ours.status().connected &&
-        !claims_.before(status, ours.status().claimed)) {
+    machines::MachineStatusWriter& own = found->second.status_writer;
+    if (status.connected && own.status().connected &&
+        !claims_.before(status, own.status().claimed)) {
       // It may have taken this gateway for gone.
-      ours.republish();
+      own.republish();
     }
     review(status.machine, now);
   }
@@ -196,9 +195,9 @@ void Machines::on_machine(const fabric::MachineStatus& status, Moment now) {
 void Machines::on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway,
                                Moment now) {
   const auto* const gone = claims_.find(machine, gateway);
-  if (gone != nullptr &&
-      (predecessors_.size() < machines::Claims::most_machines || predecessors_.contains(machine))) {
-    predecessors_[machine] = machines::name_of(*gone);
+  if (gone != nullptr && (others_.predecessors.size() < machines::Claims::most_machines ||
+                          others_.predecessors.contains(machine))) {
+    others_.predecessors[machine] = machines::name_of(*gone);
   }
   claims_.remove(machine, gateway);
   review(machine, now);
@@ -213,8 +212,8 @@ void Machines::on_channel(const fabric::ChannelStatus& status, Moment now) {
       (status.call == fabric::CallId{} && (serves || status.state != fabric::ChannelState::idle))) {
     return;
   }
-  const auto known = last_seen_.find(status.key);
-  if (known != last_seen_.end() && known->second.accounted &&
+  const auto known = others_.channels.find(status.key);
+  if (known != others_.channels.end() && known->second.accounted &&
       known->second.status.call.epoch == status.call.epoch &&
       status.call.number <= known->second.status.call.number) {
     // A gateway that is back publishes the call of its journal before it knows that it stands by.
@@ -223,7 +222,7 @@ void Machines::on_channel(const fabric::ChannelStatus& status, Moment now) {
   if (claims_.is_elsewhere(status.key.machine, status.call.epoch)) {
     return;
   }
-  if (last_seen_.size() >= most_channels && !last_seen_.contains(status.key)) {
+  if (others_.channels.size() >= most_channels && !others_.channels.contains(status.key)) {
     warn_limited("channels", "",
                  fmt::format("other gateways publish the status of more than {} channels; the "
                              "status of further channels is ignored",
@@ -232,7 +231,7 @@ void Machines::on_channel(const fabric::ChannelStatus& status, Moment now) {
     return;
   }
   // Also of machines that our configuration does not name now; it may name them again.
-  last_seen_.insert_or_assign(status.key, OtherStatus{status});
+  others_.channels.insert_or_assign(status.key, OtherStatus{status});
   if (serves) {
     // Another gateway that did not receive our samples had it too.
     on_predecessor_call(status.key);
@@ -241,25 +240,25 @@ void Machines::on_channel(const fabric::ChannelStatus& status, Moment now) {
 
 bool Machines::on_stall(Moment now) {
   bool contested = false;
-  for (auto& [name, one] : machines_) {
-    one.status_writer.republish();
+  for (auto& [name, machine] : machines_) {
+    machine.status_writer.republish();
     if (claims_.contested(name)) {
       contested = true;
-      if (one.connected() != nullptr) {
-        drop_link(one, base::messages::stood_still(), now);
-        listen(one, now);
+      if (machine.connected() != nullptr) {
+        drop_link(machine, base::messages::stood_still(), now);
+        listen(machine, now);
       }
     }
-    publish(one);
+    publish(machine);
   }
   return contested;
 }
 
 void Machines::set_journal(fabric::JournalState state) {
   journal_ = state;
-  for (auto& [name, one] : machines_) {
-    one.status_writer.set_journal(state);
-    publish(one);
+  for (auto& [name, machine] : machines_) {
+    machine.status_writer.set_journal(state);
+    publish(machine);
   }
 }
 
@@ -267,28 +266,28 @@ void Machines::publish_load(Moment now) {
   for (const std::string& line : log_limiter_.due(now.steady)) {
     host_.log(Level::warn, line);
   }
-  for (auto& [name, one] : machines_) {
-    const auto* const connected = one.connected();
-    one.status_writer.on_load(connected != nullptr ? connected->link->load() : machines::LinkLoad{},
-                              now.steady);
-    publish(one);
+  for (auto& [name, machine] : machines_) {
+    const auto* const connected = machine.connected();
+    machine.status_writer.on_load(
+        connected != nullptr ? connected->link->load() : machines::LinkLoad{}, now.steady);
+    publish(machine);
   }
 }
 
 void Machines::read(const fabric::ChannelKey& key, ReadSet set) {
-  Machine& one = machines_.at(key.machine);
-  one.subscriptions.read_started(key.channel);
-  Machine::Connected& connected = std::get<Machine::Connected>(one.phase);
+  Machine& machine = machines_.at(key.machine);
+  machine.subscriptions.read_started(key.channel);
+  Machine::Connected& connected = std::get<Machine::Connected>(machine.phase);
   ++connected.calls_under_way;
   connected.link->read(key.channel, set);
 }
 
 void Machines::write(const fabric::ChannelKey& key, const Write& write, Moment) {
-  Machine& one = machines_.at(key.machine);
+  Machine& machine = machines_.at(key.machine);
   if (write.variable == Variable::request_state) {
-    one.subscriptions.on_cleared(key.channel);
+    machine.subscriptions.on_cleared(key.channel);
   }
-  Machine::Connected& connected = std::get<Machine::Connected>(one.phase);
+  Machine::Connected& connected = std::get<Machine::Connected>(machine.phase);
   ++connected.calls_under_way;
   connected.link->write(key.channel, write.variable, write.value);
 }
@@ -301,20 +300,20 @@ void Machines::on_call_answered(const std::string& machine, Moment now) {
 }
 
 void Machines::on_answer(const std::string& machine, const machines::Answer& answer, Moment now) {
-  if (const auto one = machines_.find(machine); one != machines_.end()) {
-    values_of(one->second).on_answer(answer, now);
+  if (const auto found = machines_.find(machine); found != machines_.end()) {
+    values_of(found->second).on_answer(answer, now);
   }
 }
 
 void Machines::on_request(const fabric::VariableRequest& request, Moment now) {
-  if (const auto one = machines_.find(request.key.machine); one != machines_.end()) {
-    values_of(one->second).on_request(request, now);
+  if (const auto found = machines_.find(request.key.machine); found != machines_.end()) {
+    values_of(found->second).on_request(request, now);
   }
 }
 
 machines::Controller* Machines::link_of(const std::string& machine) const {
-  const auto one = machines_.find(machine);
-  const auto* const connected = one == machines_.end() ? nullptr : one->second.connected();
+  const auto found = machines_.find(machine);
+  const auto* const connected = found == machines_.end() ? nullptr : found->second.connected();
   return connected == nullptr ? nullptr : connected->link.get();
 }
 
@@ -324,33 +323,32 @@ void Machines::finish(Moment now) {
   }
 }
 
-MachineValues& Machines::values_of(Machine& one) {
-  values_changed_ = true;
-  return one.values;
+MachineValues& Machines::values_of(Machine& machine) {
+  values_due_.now = true;
+  return machine.values;
 }
 
 void Machines::ask_values(Moment now) {
-  if (!values_changed_ && (!values_time_ || *values_time_ > now.steady)) {
+  if (!values_due_.now && (!values_due_.at || *values_due_.at > now.steady)) {
     return;
   }
-  values_changed_ = false;
-  values_time_.reset();
-  for (auto& [name, one] : machines_) {
-    if (one.values.is_due(now)) {
-      const auto* const connected = one.connected();
-      one.values.pump(connected != nullptr ? connected->link.get() : nullptr,
-                      connected == nullptr || connected->calls_under_way > 0
-                          ? std::nullopt
-                          : std::optional(connected->rests_since),
-                      now);
+  values_due_ = {};
+  for (auto& [name, machine] : machines_) {
+    if (machine.values.is_due(now)) {
+      const auto* const connected = machine.connected();
+      machine.values.pump(connected != nullptr ? connected->link.get() : nullptr,
+                          connected == nullptr || connected->calls_under_way > 0
+                              ? std::nullopt
+                              : std::optional(connected->rests_since),
+                          now);
     }
-    values_changed_ = values_changed_ || one.values.gives_way();
-    values_time_ = earliest({values_time_, one.values.next_time()});
+    values_due_.now = values_due_.now || machine.values.gives_way();
+    values_due_.at = earliest({values_due_.at, machine.values.next_time()});
   }
 }
 
 std::optional<SteadyTime> Machines::next_time() const {
-  return earliest({next_, values_time_});
+  return earliest({next_, values_due_.at});
 }
 
 void Machines::on_time(Moment now) {
@@ -360,17 +358,17 @@ void Machines::on_time(Moment now) {
   next_.reset();
   for (auto next = machines_.begin(); next != machines_.end();) {
     // It may leave.
-    Machine& one = (next++)->second;
-    const auto subscriptions_time = one.subscriptions.next_time();
-    const Machine::Listening* const listening = one.listening();
+    Machine& machine = (next++)->second;
+    const auto subscriptions_time = machine.subscriptions.next_time();
+    const Machine::Listening* const listening = machine.listening();
     const auto listens_until = listening ? std::optional(listening->until) : std::nullopt;
     if (subscriptions_time && *subscriptions_time <= now.steady) {
-      apply(one, one.subscriptions.on_time(now.steady), now);
+      apply(machine, machine.subscriptions.on_time(now.steady), now);
     } else {
       wake_at(subscriptions_time);
     }
     if (listens_until && *listens_until <= now.steady) {
-      listened(one, now);
+      listened(machine, now);
     } else {
       wake_at(listens_until);
     }

@@ -188,32 +188,47 @@ class Machines : public ServiceAccess {
     bool accounted = false;
   };
 
+  /// Of other gateways.
+  struct Others {
+    /// The last status of channels of contested machines, while others served them.
+    std::map<fabric::ChannelKey, OtherStatus> channels;
+    /// The gateway that left each machine last.
+    std::map<std::string, std::string> predecessors;
+  };
+  /// When values of a machine are to be asked for.
+  struct ValuesDue {
+    /// They have changed, or wait for calls; most events leave them alone.
+    bool now = false;
+    std::optional<SteadyTime> at{};
+  };
+
   Machine* find_linked(const std::string& machine);
   /// To change them: then ask_values() looks at all machines.
-  MachineValues& values_of(Machine& one);
+  MachineValues& values_of(Machine& machine);
   Machine& add(const settings::MachineSettings& settings, Moment now);
-  void change(Machine& one, const settings::MachineSettings& settings, Moment now);
+  void change(Machine& machine, const settings::MachineSettings& settings, Moment now);
   /// Another gateway's sample of a machine; false if it does not affect ours.
-  bool consider(const fabric::MachineStatus& status, Moment now);
+  bool note_claim(const fabric::MachineStatus& status, Moment now);
   void warn_limited(const std::string& kind, const std::string& about, const std::string& text,
                     Moment now);
-  void listen(Machine& one, Moment now);
-  void listened(Machine& one, Moment now);
+  void listen(Machine& machine, Moment now);
+  void listened(Machine& machine, Moment now);
   void review(const std::string& machine, Moment now);
-  bool owned_by_others(Machine& one, Moment now);
+  bool owned_by_others(Machine& machine, Moment now);
   /// Of a machine that is up.
-  void serve(Machine& one, Moment now);
-  void connect(Machine& one, Moment now);
-  void drop_link(Machine& one, const fabric::Message& reason, Moment now);
-  void remove(Machine& one, std::uint16_t channel, Moment now);
-  void not_owner(Machine& one, std::uint16_t channel, const fabric::Message& reason, Moment now);
+  void serve(Machine& machine, Moment now);
+  void connect(Machine& machine, Moment now);
+  void drop_link(Machine& machine, const fabric::Message& reason, Moment now);
+  void remove(Machine& machine, std::uint16_t channel, Moment now);
+  void not_owner(Machine& machine, std::uint16_t channel, const fabric::Message& reason,
+                 Moment now);
   void on_predecessor_call(const fabric::ChannelKey& key);
   /// Another gateway may serve the channel from now on, also with a call that it had before.
   /// Without a channel: each of the machine.
   void forget_accounted(const std::string& machine, std::optional<std::uint16_t> channel = {});
-  void publish(Machine& one);
-  void apply(Machine& one, const machines::SubscriptionActions& actions, Moment now);
-  static void write_up(Machine& one, std::size_t channels, Moment now);
+  void publish(Machine& machine);
+  void apply(Machine& machine, const machines::SubscriptionActions& actions, Moment now);
+  static void write_up(Machine& machine, std::size_t channels, Moment now);
   void wake_at(std::optional<SteadyTime> time);
 
   GatewayIdentity own_;
@@ -223,20 +238,14 @@ class Machines : public ServiceAccess {
   MachinesListener& listener_;
   machines::Claims claims_;
   std::map<std::string, Machine> machines_;
-  /// Values of a machine have changed, or wait for calls; most events leave them alone.
-  bool values_changed_ = false;
-  /// When values are due next, of all machines.
-  std::optional<SteadyTime> values_time_;
+  ValuesDue values_due_;
   /// Machines to review once the current event is over.
   std::set<std::string> reviews_;
   /// No earlier time is due.
   std::optional<SteadyTime> next_;
-  /// The last status of channels of contested machines, while others served them.
-  std::map<fabric::ChannelKey, OtherStatus> last_seen_;
   /// A warning that a stranger can cause ten thousand times a second is logged once.
   fabric::LogLimiter log_limiter_;
-  /// The gateway that left each machine last.
-  std::map<std::string, std::string> predecessors_;
+  Others others_;
 };
 
 }  // namespace millrace::gateway::core

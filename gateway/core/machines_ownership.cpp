@@ -31,31 +31,31 @@ bool under_way(const fabric::ChannelStatus& status) {
 
 }  // namespace
 
-void Machines::listen(Machine& one, Moment now) {
-  const SteadyTime since = one.listening() != nullptr ? one.listening()->since : now.steady;
+void Machines::listen(Machine& machine, Moment now) {
+  const SteadyTime since = machine.listening() != nullptr ? machine.listening()->since : now.steady;
   const SteadyTime until = now.steady + listen_time;
-  one.phase = Machine::Listening{since, until};
+  machine.phase = Machine::Listening{since, until};
   wake_at(until);
-  one.status_writer.on_down(base::messages::looks_for_other_gateway(), now);
-  publish(one);
+  machine.status_writer.on_down(base::messages::looks_for_other_gateway(), now);
+  publish(machine);
 }
 
-void Machines::listened(Machine& one, Moment now) {
-  const Machine::Listening& listening = *one.listening();
+void Machines::listened(Machine& listener, Moment now) {
+  const Machine::Listening& listening = *listener.listening();
   if (now.steady - listening.until > most_late && now.steady - listening.since < longest_listen) {
-    listen(one, now);
+    listen(listener, now);
     return;
   }
-  const std::string machine = one.settings.name;
-  one.phase = Machine::StandingBy{};
-  if (!one.has_served) {
-    const auto claimed = claims_.after_owners(machine, one.status_writer.status().claimed);
-    one.status_writer.claim(claimed, one.settings.channels);
+  const std::string machine = listener.settings.name;
+  listener.phase = Machine::StandingBy{};
+  if (!listener.has_served) {
+    const auto claimed = claims_.after_owners(machine, listener.status_writer.status().claimed);
+    listener.status_writer.claim(claimed, listener.settings.channels);
   }
   review(machine, now);
 }
 
-bool Machines::consider(const fabric::MachineStatus& status, Moment now) {
+bool Machines::note_claim(const fabric::MachineStatus& status, Moment now) {
   const std::string who = machines::name_of(status);
   const std::string machine = printable(status.machine);
   switch (claims_.set(status)) {
@@ -104,114 +104,114 @@ void Machines::review(const std::string& machine, Moment now) {
   if (found == machines_.end() || found->second.listening() != nullptr) {
     return;
   }
-  Machine& one = found->second;
-  if (one.removed && listener_.channels_of(machine).empty()) {
-    fabric::MachineStatus last = one.status_writer.status();
+  Machine& known = found->second;
+  if (known.removed && listener_.channels_of(machine).empty()) {
+    fabric::MachineStatus last = known.status_writer.status();
     last.reason = base::messages::machine_removed();
     machines_.erase(found);
     fabric_.dispose(last);
     return;
   }
-  if (!one.removed && owned_by_others(one, now)) {
+  if (!known.removed && owned_by_others(known, now)) {
     // A call with a half-written response is completed in any case.
     if (listener_.channels_of(machine).empty()) {
-      drop_link(one, one.refusal, now);
-    } else if (one.connected() == nullptr) {
-      connect(one, now);
+      drop_link(known, known.refusal, now);
+    } else if (known.connected() == nullptr) {
+      connect(known, now);
     }
-    publish(one);
+    publish(known);
     return;
   }
-  if (one.connected() == nullptr) {
-    connect(one, now);
-  } else if (one.connected()->found) {
-    serve(one, now);
+  if (known.connected() == nullptr) {
+    connect(known, now);
+  } else if (known.connected()->found) {
+    serve(known, now);
   }
-  publish(one);
+  publish(known);
 }
 
-bool Machines::owned_by_others(Machine& one, Moment now) {
-  const std::string& name = one.settings.name;
-  const auto* other =
-      claims_.owner_of_all_before(name, one.settings.channels, one.status_writer.status().claimed);
+bool Machines::owned_by_others(Machine& machine, Moment now) {
+  const std::string& name = machine.settings.name;
+  const auto* other = claims_.owner_of_all_before(name, machine.settings.channels,
+                                                  machine.status_writer.status().claimed);
   if (other == nullptr) {
-    if (!one.refusal.empty()) {
-      host_.log(Level::warn, fmt::format("{}: taken over: {} is gone", one.settings.to_string(),
-                                         predecessors_[name]));
-      one.refusal.clear();
+    if (!machine.refusal.empty()) {
+      host_.log(Level::warn, fmt::format("{}: taken over: {} is gone", machine.settings.to_string(),
+                                         others_.predecessors[name]));
+      machine.refusal.clear();
     }
     return false;
   }
   const fabric::Message refusal = base::messages::stands_by(machines::name_of(*other));
-  if (one.refusal != refusal) {
-    one.refusal = refusal;
-    host_.log(Level::warn, fmt::format("{}: {}", one.settings.to_string(), refusal));
+  if (machine.refusal != refusal) {
+    machine.refusal = refusal;
+    host_.log(Level::warn, fmt::format("{}: {}", machine.settings.to_string(), refusal));
   }
   for (const std::uint16_t channel : listener_.channels_of(name)) {
-    not_owner(one, channel, refusal, now);
+    not_owner(machine, channel, refusal, now);
   }
-  if (auto* const connected = one.connected()) {
+  if (auto* const connected = machine.connected()) {
     connected->served.clear();
   }
   forget_accounted(name);
-  one.status_writer.on_down(refusal, now);
+  machine.status_writer.on_down(refusal, now);
   return true;
 }
 
-void Machines::serve(Machine& one, Moment now) {
-  const std::string& name = one.settings.name;
-  Machine::Connected& connected = std::get<Machine::Connected>(one.phase);
-  Channels ours;
+void Machines::serve(Machine& machine, Moment now) {
+  const std::string& name = machine.settings.name;
+  Machine::Connected& connected = std::get<Machine::Connected>(machine.phase);
+  Channels own;
   fabric::Message refused;
   for (const std::uint16_t channel :
-       one.removed || !one.refusal.empty() ? Channels{} : *connected.found) {
+       machine.removed || !machine.refusal.empty() ? Channels{} : *connected.found) {
     const fabric::ChannelKey key{name, channel};
-    const auto* other = claims_.owner_before(key, one.status_writer.status().claimed);
+    const auto* other = claims_.owner_before(key, machine.status_writer.status().claimed);
     if (other == nullptr) {
-      ours.push_back(channel);
+      own.push_back(channel);
       continue;
     }
     const fabric::Message reason =
         base::messages::channel_served(channel, machines::name_of(*other));
     refused = refused.empty() ? reason : base::messages::and_also(refused, reason);
-    not_owner(one, channel, reason, now);
+    not_owner(machine, channel, reason, now);
   }
-  if (!refused.empty() && refused != one.note) {
+  if (!refused.empty() && refused != machine.note) {
     host_.log(Level::warn, fmt::format("{}: {}; this gateway stands by for it",
-                                       one.settings.to_string(), refused));
+                                       machine.settings.to_string(), refused));
   }
-  for (const std::uint16_t channel : ours) {
+  for (const std::uint16_t channel : own) {
     if (!connected.served.contains(channel)) {
       on_predecessor_call({name, channel});
     }
   }
-  connected.served = {ours.begin(), ours.end()};
-  one.has_served = one.has_served || !ours.empty();
-  one.note = refused;
-  if (one.refusal.empty()) {
-    write_up(one, ours.size(), now);
+  connected.served = {own.begin(), own.end()};
+  machine.has_served = machine.has_served || !own.empty();
+  machine.note = refused;
+  if (machine.refusal.empty()) {
+    write_up(machine, own.size(), now);
   }
-  values_of(one).on_up(ours, now);
-  listener_.on_serve(name, ours);
-  apply(one, one.subscriptions.serve(ours), now);
-  publish(one);
+  values_of(machine).on_up(own, now);
+  listener_.on_serve(name, own);
+  apply(machine, machine.subscriptions.serve(own), now);
+  publish(machine);
 }
 
 void Machines::on_predecessor_call(const fabric::ChannelKey& key) {
-  const auto left = last_seen_.find(key);
-  if (left == last_seen_.end() || std::exchange(left->second.accounted, true)) {
+  const auto left = others_.channels.find(key);
+  if (left == others_.channels.end() || std::exchange(left->second.accounted, true)) {
     return;
   }
   const fabric::ChannelStatus& status = left->second.status;
   if (under_way(status)) {
     const auto* other = claims_.of_epoch(key.machine, status.call.epoch);
     listener_.on_predecessor_call(
-        status, other != nullptr ? machines::name_of(*other) : predecessors_[key.machine]);
+        status, other != nullptr ? machines::name_of(*other) : others_.predecessors[key.machine]);
   }
 }
 
 void Machines::forget_accounted(const std::string& machine, std::optional<std::uint16_t> channel) {
-  std::erase_if(last_seen_, [&](const auto& other) {
+  std::erase_if(others_.channels, [&](const auto& other) {
     return other.second.accounted && other.first.machine == machine &&
            (!channel || other.first.channel == *channel);
   });

@@ -6,8 +6,8 @@
 
 namespace millrace::gateway::core {
 
-void Machines::apply(Machine& one, const machines::SubscriptionActions& actions, Moment now) {
-  const auto* const connected = one.connected();
+void Machines::apply(Machine& machine, const machines::SubscriptionActions& actions, Moment now) {
+  const auto* const connected = machine.connected();
   if (connected != nullptr && !actions.unsubscribe.empty()) {
     connected->link->unsubscribe(actions.unsubscribe);
   }
@@ -15,14 +15,14 @@ void Machines::apply(Machine& one, const machines::SubscriptionActions& actions,
     connected->link->subscribe(actions.subscribe);
   }
   for (const auto& [level, words] : actions.log) {
-    host_.log(level, fmt::format("{}: {}", one.settings.to_string(), words));
+    host_.log(level, fmt::format("{}: {}", machine.settings.to_string(), words));
   }
-  if (actions.status && connected != nullptr && connected->found && one.refusal.empty()) {
-    write_up(one, connected->served.size(), now);
-    publish(one);
+  if (actions.status && connected != nullptr && connected->found && machine.refusal.empty()) {
+    write_up(machine, connected->served.size(), now);
+    publish(machine);
   }
-  wake_at(one.subscriptions.next_time());
-  const std::string& name = one.settings.name;
+  wake_at(machine.subscriptions.next_time());
+  const std::string& name = machine.settings.name;
   for (const auto& [channel, trusted] : actions.trusted) {
     listener_.on_trusted({name, channel}, trusted);
   }
@@ -32,32 +32,33 @@ void Machines::apply(Machine& one, const machines::SubscriptionActions& actions,
 }
 
 void Machines::on_read(const fabric::ChannelKey& key, const ServiceSnapshot& snapshot, Moment now) {
-  if (Machine* one = find_linked(key.machine)) {
-    apply(*one, one->subscriptions.on_read(key.channel, snapshot, now.steady), now);
+  if (Machine* machine = find_linked(key.machine)) {
+    apply(*machine, machine->subscriptions.on_read(key.channel, snapshot, now.steady), now);
   }
 }
 
 void Machines::on_subscribed(const std::string& machine,
                              const std::vector<machines::SubscribeOutcome>& outcomes, Moment now) {
-  if (Machine* one = find_linked(machine)) {
-    apply(*one, one->subscriptions.on_subscribed(outcomes, now.steady), now);
+  if (Machine* linked = find_linked(machine)) {
+    apply(*linked, linked->subscriptions.on_subscribed(outcomes, now.steady), now);
   }
 }
 
 void Machines::on_notification(const fabric::ChannelKey& key, Variable variable,
                                std::optional<std::uint32_t> value, Moment now) {
-  if (Machine* one = find_linked(key.machine)) {
-    apply(*one, one->subscriptions.on_notification(key.channel, variable, value, now.steady), now);
+  if (Machine* machine = find_linked(key.machine)) {
+    apply(*machine,
+          machine->subscriptions.on_notification(key.channel, variable, value, now.steady), now);
   }
 }
 
-void Machines::write_up(Machine& one, std::size_t channels, Moment now) {
-  const auto [mode, text] = one.subscriptions.status();
-  one.status_writer.on_up(channels, mode,
-                          one.note.empty() ? text
-                          : text.empty()   ? one.note
-                                           : base::messages::and_also(one.note, text),
-                          now);
+void Machines::write_up(Machine& machine, std::size_t channels, Moment now) {
+  const auto [mode, text] = machine.subscriptions.status();
+  machine.status_writer.on_up(channels, mode,
+                              machine.note.empty() ? text
+                              : text.empty()       ? machine.note
+                                                   : base::messages::and_also(machine.note, text),
+                              now);
 }
 
 }  // namespace millrace::gateway::core

@@ -12,74 +12,75 @@
 
 namespace millrace::gateway::core {
 
-void MessageQueues::set(const std::map<std::string, std::vector<queues::QueueSettings>>& wanted,
+void MessageQueues::set(const std::vector<settings::MachineSettings>& machines,
                         const std::map<fabric::ChannelKey, QueueLog>& known, Moment now) {
-  for (auto& [key, one] : queues_) {
-    one.removed = true;
+  for (auto& [key, served] : queues_) {
+    served.removed = true;
   }
-  for (const auto& [machine, all] : wanted) {
-    for (const queues::QueueSettings& settings : all) {
-      const fabric::ChannelKey key = settings.key(machine);
-      One* one = find(key);
-      if (one == nullptr) {
+  for (const settings::MachineSettings& machine : machines) {
+    for (const queues::QueueSettings& settings : machine.queues) {
+      const fabric::ChannelKey key = settings.key(machine.name);
+      Served* served = find(key);
+      if (served == nullptr) {
         const auto queue_log = known.find(key);
-        one = &queues_
-                   .try_emplace(key, machine, settings,
-                                queue_log == known.end() ? QueueLog() : queue_log->second)
-                   .first->second;
-        one->number = ++begun_;
-      } else if (one->queue.settings() != settings) {
-        one->queue.change(settings);
-        go_down(*one, base::messages::configuration_changed());
+        served = &queues_
+                      .try_emplace(key, machine.name, settings,
+                                   queue_log == known.end() ? QueueLog() : queue_log->second)
+                      .first->second;
+        served->number = ++begun_;
+      } else if (served->queue.settings() != settings) {
+        served->queue.change(settings);
+        go_down(*served, base::messages::configuration_changed());
       }
-      one->removed = false;
+      served->removed = false;
       // Also one that was leaving when its link came up.
-      reach(key, *one, now);
-      review(key, *one);
+      reach(key, *served, now);
+      review(key, *served);
     }
   }
-  for (auto& [key, one] : queues_) {
-    if (one.removed) {
-      review(key, one);
+  for (auto& [key, served] : queues_) {
+    if (served.removed) {
+      review(key, served);
     }
   }
 }
 
-MessageQueues::One* MessageQueues::find(const fabric::ChannelKey& key) {
+MessageQueues::Served* MessageQueues::find(const fabric::ChannelKey& key) {
   const auto found = queues_.find(key);
   return found == queues_.end() ? nullptr : &found->second;
 }
 
 /// Whether its calls exist: those of queues that are ours, and those of messages in the journal.
-void MessageQueues::review(const fabric::ChannelKey& key, One& one) {
-  if (!one.removed && (one.ours || one.has_messages())) {
-    open(key, one);
-  } else if (!one.draining) {
-    one.draining = true;
-    events_.push_back({.kind = Kind::draining, .key = key, .number = one.number});
+void MessageQueues::review(const fabric::ChannelKey& key, Served& served) {
+  if (!served.removed && (served.owned || served.has_messages())) {
+    open(key, served);
+  } else if (!served.draining) {
+    served.draining = true;
+    events_.push_back({.kind = Kind::draining, .key = key, .number = served.number});
   }
 }
 
-void MessageQueues::open(const fabric::ChannelKey& key, One& one) {
-  one.draining = false;
-  events_.push_back({.kind = Kind::opened, .key = key, .number = one.number});
+void MessageQueues::open(const fabric::ChannelKey& key, Served& served) {
+  served.draining = false;
+  events_.push_back({.kind = Kind::opened, .key = key, .number = served.number});
 }
 
 /// Reads the queue if its channel is ours and the link is up.
-void MessageQueues::reach(const fabric::ChannelKey& key, One& one, Moment now) {
-  const Reach& way = machines_[one.machine];
-  if (one.removed || way.link == nullptr || !way.channels.contains(one.queue.settings().channel)) {
+void MessageQueues::reach(const fabric::ChannelKey& key, Served& served, Moment now) {
+  const Reach& way = machines_[served.machine];
+  if (served.removed || way.link == nullptr ||
+      !way.channels.contains(served.queue.settings().channel)) {
     return;
   }
-  one.ours = true;
-  open(key, one);
-  if (one.link == nullptr) {
-    one.link = way.link;
-    one.link->open(key, one.queue.settings());
-    one.asking = false;
-    one.subscribed = false;
-    one.queue.on_up(now);
-    ask_next(one, now);
+  served.owned = true;
+  open(key, served);
+  if (served.link == nullptr) {
+    served.link = way.link;
+    served.link->open(key, served.queue.settings());
+    served.asking = false;
+    served.subscribed = false;
+    served.queue.on_up(now);
+    ask_next(served, now);
   }
 }
 
@@ -88,65 +89,66 @@ void MessageQueues::on_up(const std::string& machine, const machines::Channels& 
   Reach& way = machines_[machine];
   way.channels.insert(channels.begin(), channels.end());
   way.link = &link;
-  for (auto& [key, one] : queues_) {
-    if (one.machine == machine) {
-      reach(key, one, now);
+  for (auto& [key, served] : queues_) {
+    if (served.machine == machine) {
+      reach(key, served, now);
     }
   }
 }
 
-void MessageQueues::go_down(One& one, const fabric::Message& reason) {
-  one.link = nullptr;
-  one.asking = false;
-  one.queue.on_down(reason);
-  take_output(one);
+void MessageQueues::go_down(Served& served, const fabric::Message& reason) {
+  served.link = nullptr;
+  served.asking = false;
+  served.queue.on_down(reason);
+  take_output(served);
 }
 
 void MessageQueues::on_down(const std::string& machine, const fabric::Message& reason) {
   machines_[machine].link = nullptr;
-  for (auto& [key, one] : queues_) {
-    if (one.machine != machine) {
+  for (auto& [key, served] : queues_) {
+    if (served.machine != machine) {
       continue;
     }
-    go_down(one, reason);
-    if (!one.has_messages() && one.ours) {
-      events_.push_back({.kind = Kind::down, .key = key, .reason = reason, .number = one.number});
+    go_down(served, reason);
+    if (!served.has_messages() && served.owned) {
+      events_.push_back(
+          {.kind = Kind::down, .key = key, .reason = reason, .number = served.number});
     }
   }
 }
 
-void MessageQueues::lose_channel(const fabric::ChannelKey& key, One& one,
+void MessageQueues::lose_channel(const fabric::ChannelKey& key, Served& served,
                                  const fabric::Message& reason) {
-  one.ours = false;
-  go_down(one, reason);
-  review(key, one);
+  served.owned = false;
+  go_down(served, reason);
+  review(key, served);
 }
 
 void MessageQueues::on_channel_lost(const std::string& machine, std::uint16_t channel,
                                     const fabric::Message& reason) {
   machines_[machine].channels.erase(channel);
-  for (auto& [key, one] : queues_) {
-    if (one.machine == machine && one.queue.settings().channel == channel) {
-      lose_channel(key, one, reason);
+  for (auto& [key, served] : queues_) {
+    if (served.machine == machine && served.queue.settings().channel == channel) {
+      lose_channel(key, served, reason);
     }
   }
 }
 
 void MessageQueues::on_link_gone(const std::string& machine, const fabric::Message& reason) {
   machines_.erase(machine);
-  for (auto& [key, one] : queues_) {
-    if (one.machine == machine) {
-      lose_channel(key, one, reason);
+  for (auto& [key, served] : queues_) {
+    if (served.machine == machine) {
+      lose_channel(key, served, reason);
     }
   }
 }
 
 void MessageQueues::on_over(const fabric::ChannelKey& key) {
-  One* const one = find(key);
-  if (one != nullptr && one->removed) {
-    if (!one->published.values.empty()) {
-      one->published.values.clear();
-      fabric_.dispose(one->published);
+  Served* const served = find(key);
+  if (served != nullptr && served->removed) {
+    if (!served->published.values.empty()) {
+      served->published.values.clear();
+      fabric_.dispose(served->published);
     }
     queues_.erase(key);
   }
@@ -154,25 +156,26 @@ void MessageQueues::on_over(const fabric::ChannelKey& key) {
 
 void MessageQueues::on_recorded(const Ticket& ticket, Moment now) {
   // Another one may have taken its place.
-  if (One* const one = find(ticket.key); one != nullptr && one->number == ticket.number) {
-    one->queue.on_journalled(now);
-    ask_next(*one, now);
+  if (Served* const served = find(ticket.key);
+      served != nullptr && served->number == ticket.number) {
+    served->queue.on_journalled(now);
+    ask_next(*served, now);
   }
 }
 
 void MessageQueues::on_answer(const fabric::ChannelKey& key, queues::StepAnswer answer,
                               Moment now) {
-  One* const one = find(key);
-  if (one == nullptr || !one->asking) {
+  Served* const served = find(key);
+  if (served == nullptr || !served->asking) {
     return;
   }
-  queues::MessageQueue& queue = one->queue;
+  queues::MessageQueue& queue = served->queue;
   std::visit(fabric::Cases{[&](queues::Answer<queues::Control>& control) {
                              queue.on_control(control, now);
-                             if (control && queue.settings().events && !one->subscribed) {
+                             if (control && queue.settings().events && !served->subscribed) {
                                // The queue is read in any case, with notifications or without.
-                               one->subscribed = true;
-                               one->link->subscribe(key);
+                               served->subscribed = true;
+                               served->link->subscribe(key);
                              }
                            },
                            [&](queues::Answer<std::vector<std::string>>& texts) {
@@ -180,42 +183,42 @@ void MessageQueues::on_answer(const fabric::ChannelKey& key, queues::StepAnswer 
                            },
                            [&](queues::Answer<void>& written) { queue.on_written(written, now); }},
              answer);
-  one->asking = false;
-  ask_next(*one, now);
+  served->asking = false;
+  ask_next(*served, now);
 }
 
 void MessageQueues::on_change(const fabric::ChannelKey& key, Moment now) {
-  if (One* const one = find(key); one != nullptr && one->link != nullptr) {
-    one->queue.on_event(now);
-    ask_next(*one, now);
+  if (Served* const served = find(key); served != nullptr && served->link != nullptr) {
+    served->queue.on_event(now);
+    ask_next(*served, now);
   }
 }
 
-void MessageQueues::ask_next(One& one, Moment now) {
-  if (one.link != nullptr && !one.asking) {
-    if (const auto step = one.queue.next(now)) {
-      one.asking = true;
-      one.link->ask(one.queue.key(), *step);
+void MessageQueues::ask_next(Served& served, Moment now) {
+  if (served.link != nullptr && !served.asking) {
+    if (const auto step = served.queue.next(now)) {
+      served.asking = true;
+      served.link->ask(served.queue.key(), *step);
     }
   }
-  take_output(one);
+  take_output(served);
 }
 
 void MessageQueues::read(const fabric::ChannelKey& key, ReadSet set) {
-  if (One* const one = find(key)) {
-    ++one->asked;
-    events_.push_back({.kind = Kind::read, .key = key, .number = one->number});
+  if (Served* const served = find(key)) {
+    ++served->asked;
+    events_.push_back({.kind = Kind::read, .key = key, .number = served->number});
     events_.back().shown.set = set;
   }
 }
 
 void MessageQueues::write(const fabric::ChannelKey& key, const Write& write, Moment now) {
-  if (One* const one = find(key)) {
-    one->queue.write(write, now);
-    take_output(*one);
-    ask_next(*one, now);
-    ++one->asked;
-    events_.push_back({.kind = Kind::written, .key = key, .number = one->number});
+  if (Served* const served = find(key)) {
+    served->queue.write(write, now);
+    take_output(*served);
+    ask_next(*served, now);
+    ++served->asked;
+    events_.push_back({.kind = Kind::written, .key = key, .number = served->number});
   }
 }
 
@@ -223,36 +226,36 @@ std::optional<MessageQueues::ChannelEvent> MessageQueues::next_event() {
   while (!events_.empty()) {
     ChannelEvent event = std::move(events_.front());
     events_.pop_front();
-    One* const one = find(event.key);
-    if (one == nullptr || one->number != event.number) {
+    Served* const served = find(event.key);
+    if (served == nullptr || served->number != event.number) {
       continue;
     }
     switch (event.kind) {
       case Kind::opened:
-        if (one->draining) {
+        if (served->draining) {
           continue;
         }
         // As with a controller's link: earlier requests are answered before it is restored.
-        one->opens = one->asked > 0;
-        if (one->opens) {
+        served->opens = served->asked > 0;
+        if (served->opens) {
           continue;
         }
         break;
       case Kind::draining:
-        if (!one->draining) {
+        if (!served->draining) {
           continue;
         }
         break;
       case Kind::down:
-        one->opens = false;
+        served->opens = false;
         break;
       case Kind::read:
-        --one->asked;
-        event.shown = one->queue.snapshot(event.shown.set);
-        one->queue.on_read(event.shown.set);
+        --served->asked;
+        event.shown = served->queue.snapshot(event.shown.set);
+        served->queue.on_read(event.shown.set);
         break;
       case Kind::written:
-        --one->asked;
+        --served->asked;
         break;
       case Kind::changed:
         break;
@@ -263,36 +266,36 @@ std::optional<MessageQueues::ChannelEvent> MessageQueues::next_event() {
 }
 
 void MessageQueues::on_event_delivered(const ChannelEvent& event) {
-  One* const one = find(event.key);
+  Served* const served = find(event.key);
   // The end of a call may have ended the queue.
-  if (one == nullptr || one->number != event.number) {
+  if (served == nullptr || served->number != event.number) {
     return;
   }
   if (event.kind == Kind::opened) {
-    take_output(*one);
+    take_output(*served);
   } else if (event.kind == Kind::written) {
-    one->queue.on_acknowledged();
-    take_output(*one);
-    if (!one->ours && !one->has_messages()) {
-      review(event.key, *one);
+    served->queue.on_acknowledged();
+    take_output(*served);
+    if (!served->owned && !served->has_messages()) {
+      review(event.key, *served);
     }
   }
-  if (one->opens && !one->draining && one->asked == 0) {
-    one->opens = false;
-    events_.push_front({.kind = Kind::opened, .key = event.key, .number = one->number});
+  if (served->opens && !served->draining && served->asked == 0) {
+    served->opens = false;
+    events_.push_front({.kind = Kind::opened, .key = event.key, .number = served->number});
   }
 }
 
-void MessageQueues::take_output(One& one) {
-  const queues::MessageQueue::Output output = one.queue.take_output();
-  const fabric::ChannelKey& key = one.queue.key();
+void MessageQueues::take_output(Served& served) {
+  const queues::MessageQueue::Output output = served.queue.take_output();
+  const fabric::ChannelKey& key = served.queue.key();
   for (const JournalEntry& entry : output.entries) {
     const bool waits = output.wait && &entry == &output.entries.back();
-    host_.append(entry, waits ? Ticket{Ticket::Owner::queue, key, one.number} : Ticket{});
+    host_.append(entry, waits ? Ticket{Ticket::Owner::queue, key, served.number} : Ticket{});
   }
   log(key, output);
   if (output.shows) {
-    events_.push_back({.kind = Kind::changed, .key = key, .number = one.number});
+    events_.push_back({.kind = Kind::changed, .key = key, .number = served.number});
   }
 }
 
@@ -311,38 +314,38 @@ void MessageQueues::log(const fabric::ChannelKey& key, const queues::MessageQueu
 }
 
 void MessageQueues::publish_numbers(Moment now) {
-  for (auto& [key, one] : queues_) {
-    publish_numbers(one, now);
+  for (auto& [key, served] : queues_) {
+    publish_numbers(served, now);
   }
 }
 
-void MessageQueues::publish_numbers(One& one, Moment now) {
-  if (!one.ours && !one.has_messages()) {
+void MessageQueues::publish_numbers(Served& served, Moment now) {
+  if (!served.owned && !served.has_messages()) {
     return;
   }
   fabric::DataSample sample =
-      queues::sample_of(one.queue.key(), one.queue.settings(), one.queue.view(), now.wall);
+      queues::sample_of(served.queue.key(), served.queue.settings(), served.queue.view(), now.wall);
   const auto same = [](const fabric::Value& a, const fabric::Value& b) {
     return a.name == b.name && a.elements == b.elements && a.quality == b.quality;
   };
-  if (!std::ranges::equal(sample.values, one.published.values, same)) {
+  if (!std::ranges::equal(sample.values, served.published.values, same)) {
     fabric_.publish(sample);
-    one.published = std::move(sample);
+    served.published = std::move(sample);
   }
 }
 
 void MessageQueues::on_time(Moment now) {
-  for (auto& [key, one] : queues_) {
-    if (const auto time = one.next_time(); time && *time <= now.steady) {
-      ask_next(one, now);
+  for (auto& [key, served] : queues_) {
+    if (const auto time = served.next_time(); time && *time <= now.steady) {
+      ask_next(served, now);
     }
   }
 }
 
 std::optional<SteadyTime> MessageQueues::next_time() const {
   std::optional<SteadyTime> first;
-  for (const auto& [key, one] : queues_) {
-    first = earliest({first, one.next_time()});
+  for (const auto& [key, served] : queues_) {
+    first = earliest({first, served.next_time()});
   }
   return first;
 }

@@ -3,7 +3,7 @@
 // ask of it is answered by events, which the core takes one after the other. Pure.
 //
 //   MessageQueues queues(fabric, host);
-//   queues.set(settings::queues_of(machines), journal.state().queues(), now);
+//   queues.set(machines, journal.state().queues(), now);
 //   queues.on_up("press", {1, 2}, link, now);            → link.open(…), link.ask(…)
 //   queues.read(key, ReadSet::request);
 //   while (const auto event = queues.next_event()) …     // ChannelEvent::Kind::read
@@ -36,9 +36,9 @@ class MessageQueues : public ServiceAccess {
   MessageQueues(const MessageQueues&) = delete;
   MessageQueues& operator=(const MessageQueues&) = delete;
 
-  /// The queues to read from now on, by their machines. `known` has the queues of the journal;
+  /// The queues of these machines are read from now on. `known` has the queues of the journal;
   /// entries of other queues stay there.
-  void set(const std::map<std::string, std::vector<queues::QueueSettings>>& wanted,
+  void set(const std::vector<settings::MachineSettings>& machines,
            const std::map<fabric::ChannelKey, QueueLog>& known, Moment now);
 
   /// `link` stays until on_link_gone().
@@ -101,8 +101,8 @@ class MessageQueues : public ServiceAccess {
   [[nodiscard]] std::optional<SteadyTime> next_time() const;
 
  private:
-  struct One {
-    One(std::string of, const queues::QueueSettings& settings, QueueLog queue_log)
+  struct Served {
+    Served(std::string of, const queues::QueueSettings& settings, QueueLog queue_log)
         : machine(std::move(of)), queue(machine, settings, std::move(queue_log)) {}
 
     std::string machine;
@@ -116,7 +116,7 @@ class MessageQueues : public ServiceAccess {
     /// Notifications were requested from the controller.
     bool subscribed = false;
     /// Its channel is served by us.
-    bool ours = false;
+    bool owned = false;
     /// It was removed from the configuration.
     bool removed = false;
     bool draining = false;
@@ -139,20 +139,20 @@ class MessageQueues : public ServiceAccess {
   };
   using Kind = ChannelEvent::Kind;
 
-  One* find(const fabric::ChannelKey& key);
-  void review(const fabric::ChannelKey& key, One& one);
-  void reach(const fabric::ChannelKey& key, One& one, Moment now);
-  void open(const fabric::ChannelKey& key, One& one);
-  void lose_channel(const fabric::ChannelKey& key, One& one, const fabric::Message& reason);
-  void go_down(One& one, const fabric::Message& reason);
-  void ask_next(One& one, Moment now);
-  void take_output(One& one);
+  Served* find(const fabric::ChannelKey& key);
+  void review(const fabric::ChannelKey& key, Served& served);
+  void reach(const fabric::ChannelKey& key, Served& served, Moment now);
+  void open(const fabric::ChannelKey& key, Served& served);
+  void lose_channel(const fabric::ChannelKey& key, Served& served, const fabric::Message& reason);
+  void go_down(Served& served, const fabric::Message& reason);
+  void ask_next(Served& served, Moment now);
+  void take_output(Served& served);
   void log(const fabric::ChannelKey& key, const queues::MessageQueue::Output& output);
-  void publish_numbers(One& one, Moment now);
+  void publish_numbers(Served& served, Moment now);
 
   Fabric& fabric_;
   Host& host_;
-  std::map<fabric::ChannelKey, One> queues_;
+  std::map<fabric::ChannelKey, Served> queues_;
   std::uint64_t begun_ = 0;
   std::map<std::string, Reach> machines_;
   std::deque<ChannelEvent> events_;

@@ -23,7 +23,7 @@ void PredecessorCalls::on_read_started(const fabric::ChannelKey& key) {
 template <typename Over>
 void PredecessorCalls::erase_if(const fabric::ChannelKey& key, Over over) {
   if (const auto found = calls_.find(key); found != calls_.end()) {
-    std::erase_if(found->second, [&](const auto& one) { return over(one.second); });
+    std::erase_if(found->second, [&](const auto& entry) { return over(entry.second); });
     if (found->second.empty()) {
       calls_.erase(found);
     }
@@ -31,11 +31,11 @@ void PredecessorCalls::erase_if(const fabric::ChannelKey& key, Over over) {
 }
 
 void PredecessorCalls::on_zero_read(const fabric::ChannelKey& key) {
-  erase_if(key, [](const PredecessorCall& one) { return one.read_since; });
+  erase_if(key, [](const PredecessorCall& predecessor) { return predecessor.read_since; });
 }
 
 void PredecessorCalls::on_answered(const fabric::ChannelKey& key, const fabric::CallId& call) {
-  erase_if(key, [&](const PredecessorCall& one) { return one.call == call; });
+  erase_if(key, [&](const PredecessorCall& predecessor) { return predecessor.call == call; });
 }
 
 std::optional<PredecessorCall> PredecessorCalls::take(const fabric::ChannelKey& key,

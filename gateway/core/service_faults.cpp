@@ -11,8 +11,9 @@ bool LostServices::on_ready(const fabric::InstanceIdentity& identity) {
   return lost_.erase(identity.uuid) != 0;
 }
 
-std::optional<LostService> LostServices::on_gone(const fabric::InstanceId& instance, Moment now) {
-  const auto gone = instances_.extract(instance);
+std::optional<fabric::InstanceIdentity> LostServices::on_gone(const fabric::InstanceId& instance,
+                                                              SteadyTime now) {
+  auto gone = instances_.extract(instance);
   if (gone.empty() || gone.mapped().draining || lost_.size() >= most_lost) {
     return std::nullopt;
   }
@@ -22,16 +23,16 @@ std::optional<LostService> LostServices::on_gone(const fabric::InstanceId& insta
   if (has_others) {
     return std::nullopt;
   }
-  lost_.insert_or_assign(uuid, now.steady + kept);
-  return LostService{uuid, gone.mapped(), now.wall};
+  lost_.insert_or_assign(uuid, now + kept);
+  return std::move(gone.mapped());
 }
 
-std::vector<std::string> LostServices::on_time(Moment now) {
+std::vector<std::string> LostServices::on_time(SteadyTime now) {
   std::vector<std::string> over;
-  std::erase_if(lost_, [&](const auto& one) {
-    const bool is = one.second <= now.steady;
+  std::erase_if(lost_, [&](const auto& service) {
+    const bool is = service.second <= now;
     if (is) {
-      over.push_back(one.first);
+      over.push_back(service.first);
     }
     return is;
   });

@@ -23,14 +23,6 @@
 
 namespace millrace::gateway::core {
 
-struct LostService {
-  /// Canonical.
-  std::string uuid{};
-  /// The announced identity of its last instance.
-  fabric::InstanceIdentity last{};
-  fabric::Time since{};
-};
-
 class LostServices {
  public:
   /// How long a loss is published; the page shows it as long.
@@ -46,10 +38,12 @@ class LostServices {
     const auto found = instances_.find(instance);
     return found == instances_.end() ? nullptr : &found->second;
   }
-  /// The service that is lost with it; nothing if others are there, or it left in order.
-  std::optional<LostService> on_gone(const fabric::InstanceId& instance, Moment now);
+  /// The instance, if its service is lost with it; nothing if others are there, or it left in
+  /// order.
+  std::optional<fabric::InstanceIdentity> on_gone(const fabric::InstanceId& instance,
+                                                  SteadyTime now);
   /// The UUIDs whose losses are too old to publish.
-  std::vector<std::string> on_time(Moment now);
+  std::vector<std::string> on_time(SteadyTime now);
 
  private:
   std::map<fabric::InstanceId, fabric::InstanceIdentity> instances_;

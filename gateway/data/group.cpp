@@ -90,13 +90,13 @@ void Group::measure(SteadyTime now) {
   if (passed < at_least || passed < beats * settings_.period) {
     return;
   }
-  const auto one = std::chrono::nanoseconds(passed) / counted_;
+  const auto cost = std::chrono::nanoseconds(passed) / counted_;
   // It counts as slow from a fifth on, until it is within a tenth again.
   const bool was_slow = slow();
   const std::chrono::nanoseconds wanted = settings_.period;
-  const bool is_slow = was_slow ? one > wanted + wanted / 10 : one > wanted + wanted / 5;
+  const bool is_slow = was_slow ? cost > wanted + wanted / 10 : cost > wanted + wanted / 5;
   period_changed_ = period_changed_ || is_slow != was_slow;
-  period_ = is_slow ? one : wanted;
+  period_ = is_slow ? cost : wanted;
   counting_since_ = now;
   counted_ = 0;
 }
@@ -129,24 +129,24 @@ static_assert(static_cast<int>(ValueType::string) ==
 static_assert(static_cast<int>(ValueType::boolean) ==
               static_cast<int>(cnc::variables::Type::boolean));
 
-bool differs(double told, double now, double deadband) {
-  if (std::isnan(told) || std::isnan(now)) {
-    return std::isnan(told) != std::isnan(now);
+bool differs(double last, double now, double deadband) {
+  if (std::isnan(last) || std::isnan(now)) {
+    return std::isnan(last) != std::isnan(now);
   }
   // Infinite ones of one sign have no difference.
-  return told != now && !(std::abs(now - told) <= deadband);
+  return last != now && !(std::abs(now - last) <= deadband);
 }
 
-bool differs(std::int64_t told, std::int64_t now, double deadband) {
-  return told != now && differs(static_cast<double>(told), static_cast<double>(now), deadband);
+bool differs(std::int64_t last, std::int64_t now, double deadband) {
+  return last != now && differs(static_cast<double>(last), static_cast<double>(now), deadband);
 }
 
-bool differs(const std::string& told, const std::string& now, double /*deadband*/) {
-  return told != now;
+bool differs(const std::string& last, const std::string& now, double /*deadband*/) {
+  return last != now;
 }
 
-bool differs(const Elements& told, const Elements& now, double deadband) {
-  if (told.index() != now.index()) {
+bool differs(const Elements& last, const Elements& now, double deadband) {
+  if (last.index() != now.index()) {
     return true;
   }
   return std::visit(
@@ -155,7 +155,7 @@ bool differs(const Elements& told, const Elements& now, double deadband) {
         return !std::ranges::equal(
             before, after, [&](const auto& a, const auto& b) { return !differs(a, b, deadband); });
       },
-      told);
+      last);
 }
 
 }  // namespace
@@ -171,32 +171,33 @@ tl::expected<Elements, std::string> elements_of(const cnc::variables::Reading& r
         if (reading.type.type == cnc::variables::Type::real64) {
           std::vector<double> reals;
           reals.reserve(decoded.size());
-          for (const Element& one : decoded) {
-            reals.push_back(std::get<double>(one));
+          for (const Element& element : decoded) {
+            reals.push_back(std::get<double>(element));
           }
           return reals;
         }
         if (reading.type.type == cnc::variables::Type::string) {
           std::vector<std::string> texts;
           texts.reserve(decoded.size());
-          for (Element& one : decoded) {
-            texts.push_back(std::get<std::string>(std::move(one)));
+          for (Element& element : decoded) {
+            texts.push_back(std::get<std::string>(std::move(element)));
           }
           return texts;
         }
         std::vector<std::int64_t> integers;
         integers.reserve(decoded.size());
-        for (const Element& one : decoded) {
-          const bool* const truth = std::get_if<bool>(&one);
-          integers.push_back(truth != nullptr ? std::int64_t{*truth} : std::get<std::int64_t>(one));
+        for (const Element& element : decoded) {
+          const bool* const truth = std::get_if<bool>(&element);
+          integers.push_back(truth != nullptr ? std::int64_t{*truth}
+                                              : std::get<std::int64_t>(element));
         }
         return integers;
       });
 }
 
-bool is_news(const Value& told, const Value& now, double deadband) {
-  return told.quality != now.quality || told.reason != now.reason || told.type != now.type ||
-         told.is_array != now.is_array || differs(told.elements, now.elements, deadband);
+bool is_news(const Value& last, const Value& now, double deadband) {
+  return last.quality != now.quality || last.reason != now.reason || last.type != now.type ||
+         last.is_array != now.is_array || differs(last.elements, now.elements, deadband);
 }
 
 }  // namespace millrace::gateway::data

@@ -125,6 +125,6 @@ tl::expected<fabric::Elements, std::string> elements_of(const cnc::variables::Re
 
 /// Whether `now` differs from the published value `told`: another quality, reason or text, a number
 /// that differs by more than `deadband`, other elements. Its time does not count.
-bool is_news(const fabric::Value& told, const fabric::Value& now, double deadband);
+bool is_news(const fabric::Value& last, const fabric::Value& now, double deadband);
 
 }  // namespace millrace::gateway::data

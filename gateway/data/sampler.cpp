@@ -80,10 +80,10 @@ std::optional<Step> Sampler::resolve(SteadyTime now) {
     Group& group = groups_[g];
     const bool fits = step.names.empty() || step.channel == group.settings().channel;
     for (std::size_t i = 0; group.started() && fits && i < group.items().size(); ++i) {
-      const Item& one = group.at(i);
-      if (!one.reading && one.resolve_at <= now && step.names.size() < most) {
+      const Item& item = group.at(i);
+      if (!item.reading && item.resolve_at <= now && step.names.size() < most) {
         step.channel = group.settings().channel;
-        step.names.push_back(one.value.name);
+        step.names.push_back(item.value.name);
         under_way_.push_back({g, i});
       }
     }
@@ -141,9 +141,9 @@ std::optional<SteadyTime> Sampler::next_time(SteadyTime now) {
       continue;
     }
     note(group.in_cycle() ? now : group.due());
-    for (const Item& one : group.items()) {
-      if (!one.reading) {
-        note(one.resolve_at);
+    for (const Item& item : group.items()) {
+      if (!item.reading) {
+        note(item.resolve_at);
       }
     }
   }
@@ -169,53 +169,53 @@ void Sampler::on_resolved(const std::vector<Resolved>& known, std::uint64_t requ
     if (!groups_[places[i].group].started()) {
       continue;
     }
-    Item& one = item(places[i]);
+    Item& sampled = item(places[i]);
     if (known[i]) {
-      one.reading = *known[i];
-      one.value.type = type_of(*known[i]);
-      one.value.is_array = known[i]->is_array;
-      one.value.quality = Quality::stale;
-      one.value.reason = base::messages::value_not_read_yet();
+      sampled.reading = *known[i];
+      sampled.value.type = type_of(*known[i]);
+      sampled.value.is_array = known[i]->is_array;
+      sampled.value.quality = Quality::stale;
+      sampled.value.reason = base::messages::value_not_read_yet();
     } else if (is_refusal(known[i].error().code)) {
-      refuse(one, known[i].error().reason, now.steady + retry_refused);
+      refuse(sampled, known[i].error().reason, now.steady + retry_refused);
     } else {
-      one.value.quality = Quality::stale;
-      one.value.reason = known[i].error().reason;
-      one.resolve_at = now.steady + retry_silent;
+      sampled.value.quality = Quality::stale;
+      sampled.value.reason = known[i].error().reason;
+      sampled.resolve_at = now.steady + retry_silent;
     }
   }
   report_refused(places);
 }
 
 void Sampler::take_answer(Place place, const Answer& answer, Moment now) {
-  Item& one = item(place);
+  Item& sampled = item(place);
   if (answer) {
-    auto elements = elements_of(*one.reading, *answer);
+    auto elements = elements_of(*sampled.reading, *answer);
     if (!elements) {
-      refuse(one, elements.error(), now.steady + retry_refused);
+      refuse(sampled, elements.error(), now.steady + retry_refused);
       return;
     }
-    one.value.elements = std::move(*elements);
-    one.value.quality = Quality::good;
-    one.value.at = now.wall;
-    one.value.reason.clear();
+    sampled.value.elements = std::move(*elements);
+    sampled.value.quality = Quality::good;
+    sampled.value.at = now.wall;
+    sampled.value.reason.clear();
     return;
   }
   const cnc::ads::ErrorCode code = answer.error();
   if (is_refusal(code)) {
-    if (one.value.quality != Quality::good) {
-      refuse(one, cnc::ads::describe(code), now.steady + retry_refused);
+    if (sampled.value.quality != Quality::good) {
+      refuse(sampled, cnc::ads::describe(code), now.steady + retry_refused);
       return;
     }
     // A valid handle may have changed by now.
-    one.reading.reset();
-    one.resolve_at = now.steady;
+    sampled.reading.reset();
+    sampled.resolve_at = now.steady;
   }
   if (is_overload(code)) {
     rate_limit_.empty();
   }
-  one.value.quality = Quality::stale;
-  one.value.reason = cnc::ads::describe(code);
+  sampled.value.quality = Quality::stale;
+  sampled.value.reason = cnc::ads::describe(code);
 }
 
 void Sampler::on_read(const std::vector<Answer>& answers, std::uint64_t requests, bool sums,
@@ -254,11 +254,11 @@ void Sampler::end_cycles(Moment now) {
 void Sampler::report_refused(const std::vector<Place>& places) {
   std::map<std::pair<std::size_t, std::string>, std::string> by_reason;
   for (const Place place : places) {
-    Item& one = item(place);
-    if (one.value.quality == Quality::refused && one.logged != one.value.reason) {
-      one.logged = one.value.reason;
-      std::string& names = by_reason[{place.group, one.value.reason}];
-      names += (names.empty() ? "" : ", ") + one.value.name;
+    Item& sampled = item(place);
+    if (sampled.value.quality == Quality::refused && sampled.logged != sampled.value.reason) {
+      sampled.logged = sampled.value.reason;
+      std::string& names = by_reason[{place.group, sampled.value.reason}];
+      names += (names.empty() ? "" : ", ") + sampled.value.name;
     }
   }
   for (const auto& [key, names] : by_reason) {

@@ -45,11 +45,7 @@ struct Output {
   std::vector<fabric::DataSample> samples;
   /// Groups that are not published any more, by their keys.
   std::vector<fabric::DataSample> left;
-  struct Line {
-    Level level = Level::info;
-    std::string text;
-  };
-  std::vector<Line> lines;
+  std::vector<LogLine> lines;
 };
 
 class Sampler {

@@ -26,16 +26,12 @@ std::string name_of(const fabric::InstanceIdentity& identity) {
 }
 
 /// Without an instance.
-PendingCall pending_of(const CallRecord& call) {
-  PendingCall pending;
-  pending.call = call.id;
-  pending.key = call.key;
-  pending.uuid = fabric::canonical_uuid(call.request.uuid);
-  if (!call.attempts.empty()) {
-    pending.attempt = call.attempts.back();
-  }
-  pending.delivery = call.delivery;
-  pending.completion_signal = call.completion_signal;
+PendingCall pending_of(std::shared_ptr<const CallRecord> call) {
+  PendingCall pending{.uuid = fabric::canonical_uuid(call->request.uuid)};
+  pending.assignment.attempt = call->attempts.empty() ? Attempt{{}, 0} : call->attempts.back();
+  pending.assignment.delivery = call->delivery;
+  pending.assignment.completion_signal = call->completion_signal;
+  pending.record = std::move(call);
   return pending;
 }
 
@@ -103,10 +99,11 @@ Decisions Dispatcher::on_load(const fabric::InstanceLoad& load, SteadyTime now) 
   Instances::change_load(*instance, [&] {
     instance->others = others;
     for (PendingCall* const pending : instance->calls) {
-      pending->waits = pending->waits && std::ranges::count(begun, pending->call) == 0;
+      bool& waits = pending->assignment.waits;
+      waits = waits && std::ranges::count(begun, pending->id()) == 0;
       const bool due =
           pending->published.at && now - *pending->published.at >= options_.unresponsive;
-      pending->published.unknown = due && std::ranges::count(load.calls, pending->call) == 0
+      pending->published.unknown = due && std::ranges::count(load.calls, pending->id()) == 0
                                        ? pending->published.unknown + 1
                                        : 0;
       if (pending->published.unknown >= 2) {
@@ -209,13 +206,13 @@ fabric::Delivery Dispatcher::delivery_of(const std::string& uuid) const {
                                            : fabric::Delivery::at_least_once;
 }
 
-Decisions Dispatcher::add(const CallRecord& call) {
-  PendingCall* const before = calls_.find(call.id);
+Decisions Dispatcher::add(std::shared_ptr<const CallRecord> call) {
+  PendingCall* const before = calls_.find(call->id);
   const bool again = before != nullptr;
   if (again) {
     calls_.forget(*before);
   }
-  PendingCall& entered = calls_.enter(pending_of(call));
+  PendingCall& entered = calls_.enter(pending_of(std::move(call)));
   Decisions decisions;
   if (again) {
     // Its instance has room for another one.
@@ -228,16 +225,16 @@ Decisions Dispatcher::add(const CallRecord& call) {
   return decisions;
 }
 
-Decisions Dispatcher::resume(const CallRecord& call, SteadyTime now) {
-  if (calls_.find(call.id) != nullptr) {
+Decisions Dispatcher::resume(std::shared_ptr<const CallRecord> call, SteadyTime now) {
+  if (calls_.find(call->id) != nullptr) {
     // An operator had it dispatched again before its channel was seen.
     return {};
   }
-  PendingCall& entered = calls_.enter(pending_of(call));
+  PendingCall& entered = calls_.enter(pending_of(std::move(call)));
   Decisions decisions;
-  Instance* instance = instances_.find(entered.attempt.instance);
+  Instance* instance = instances_.find(entered.assignment.attempt.instance);
   if (instance == nullptr) {
-    instance = &instances_.enter(entered.attempt.instance);
+    instance = &instances_.enter(entered.assignment.attempt.instance);
     instances_.change(*instance, [&] {
       instance->identity.uuid = entered.uuid;
       instance->name = std::make_shared<const std::string>(name_of(instance->identity));
@@ -245,9 +242,10 @@ Decisions Dispatcher::resume(const CallRecord& call, SteadyTime now) {
       instance->seen = false;
     });
   }
+  entered.assignment.name = instance->name;
   calls_.assign(entered, *instance);
   if (!instance->lost_at) {
-    decisions.emplace_back(assignment(entered, *instance));
+    decisions.emplace_back(Assign{entered.id(), entered.key(), entered.assignment});
   }
   assign_waiting(entered.uuid, decisions);
   return decisions;
@@ -285,16 +283,18 @@ void Dispatcher::assign_waiting(const std::string& uuid, Decisions& decisions) {
 }
 
 void Dispatcher::try_to_assign(PendingCall& pending, Decisions& decisions) {
-  if (Instance* const instance = instances_.choose(pending.uuid, pending.key)) {
+  if (Instance* const instance =
+          instances_.choose(&ScopeGroup::with_room, pending.uuid, pending.key())) {
     assign(pending, *instance, decisions);
-  } else if (Instance* const busy = instances_.choose_to_wait(pending.uuid, pending.key)) {
-    pending.waits = true;
+  } else if (Instance* const busy =
+                 instances_.choose(&ScopeGroup::shared, pending.uuid, pending.key())) {
+    pending.assignment.waits = true;
     assign(pending, *busy, decisions);
   } else {
     calls_.queue(pending);
     if (fabric::Message reason = why_waiting(pending); reason != pending.reason) {
       pending.reason = std::move(reason);
-      decisions.emplace_back(Explain{pending.call, pending.key, pending.reason});
+      decisions.emplace_back(Explain{pending.id(), pending.key(), pending.reason});
     }
   }
 }
@@ -308,8 +308,8 @@ void Dispatcher::fill(Instance& instance, Decisions& decisions) {
     if (queue == nullptr) {
       return;
     }
-    const auto next = std::ranges::find_if(*queue, [&](const auto& one) {
-      return Instances::serves(instance.identity, one.second->key);
+    const auto next = std::ranges::find_if(*queue, [&](const auto& waiting) {
+      return Instances::serves(instance.identity, waiting.second->key());
     });
     if (next == queue->end()) {
       return;
@@ -318,31 +318,27 @@ void Dispatcher::fill(Instance& instance, Decisions& decisions) {
   }
 }
 
-Assign Dispatcher::assignment(const PendingCall& pending, const Instance& instance) {
-  return {pending.call, pending.key,
-          Assignment{pending.attempt, pending.delivery, instance.name, pending.waits,
-                     pending.completion_signal}};
-}
-
 void Dispatcher::assign(PendingCall& pending, Instance& instance, Decisions& decisions) {
-  pending.attempt = {instance.identity.id, pending.attempt.number + 1};
-  pending.delivery = instance.identity.delivery;
-  pending.completion_signal = instance.identity.completion_signal;
+  const fabric::InstanceIdentity& identity = instance.identity;
+  Assignment assignment{{identity.id, pending.assignment.attempt.number + 1},
+                        identity.delivery,
+                        instance.name,
+                        pending.assignment.waits,
+                        identity.completion_signal};
   pending.reason = {};
-  const bool waits = pending.waits;
   calls_.assign(pending, instance);
+  pending.assignment = std::move(assignment);
   Instances::change_load(instance, [&] {
-    pending.waits = waits;
     instances_.use(instance);
-    instance.has_waiter = instance.has_waiter || waits;
+    instance.has_waiter = instance.has_waiter || pending.assignment.waits;
   });
-  decisions.emplace_back(assignment(pending, instance));
+  decisions.emplace_back(Assign{pending.id(), pending.key(), pending.assignment});
 }
 
 void Dispatcher::assign_again(Instance& instance, Decisions& decisions) {
   std::vector<PendingCall*> lost_here;
   for (const auto& [number, pending] : calls_.held()) {
-    if (pending->attempt.instance == instance.identity.id) {
+    if (pending->assignment.attempt.instance == instance.identity.id) {
       lost_here.push_back(pending);
     }
   }
@@ -350,8 +346,9 @@ void Dispatcher::assign_again(Instance& instance, Decisions& decisions) {
     calls_.assign(*pending, instance);
   }
   std::ranges::sort(instance.calls, {}, &PendingCall::number);
-  for (const PendingCall* const pending : instance.calls) {
-    decisions.emplace_back(assignment(*pending, instance));
+  for (PendingCall* const pending : instance.calls) {
+    pending->assignment.name = instance.name;
+    decisions.emplace_back(Assign{pending->id(), pending->key(), pending->assignment});
   }
 }
 
@@ -372,19 +369,19 @@ void Dispatcher::lose(Instance& instance, Decisions& decisions) {
 
 void Dispatcher::lose_call(PendingCall& pending, Loss loss, Decisions& decisions) {
   const std::string name = *pending.at->name;
-  const bool held = pending.delivery == fabric::Delivery::at_most_once;
+  const bool held = pending.assignment.delivery == fabric::Delivery::at_most_once;
   held ? calls_.hold(pending) : calls_.queue(pending);
   pending.reason = loss == Loss::gone ? held ? base::messages::instance_lost_held(name)
                                              : base::messages::instance_lost(name)
                    : held ? base::messages::instance_deaf_held(name)
                                       : base::messages::instance_deaf(name);
-  decisions.emplace_back(Unassign{pending.call, pending.key, pending.reason, held});
+  decisions.emplace_back(Unassign{pending.id(), pending.key(), pending.reason, held});
 }
 
 fabric::Message Dispatcher::why_waiting(const PendingCall& pending) const {
-  const std::size_t busy = instances_.ready(pending.uuid, pending.key);
+  const std::size_t busy = instances_.ready(pending.uuid, pending.key());
   if (busy == 0) {
-    return base::messages::no_instance_ready(printable(pending.uuid), pending.key.to_string());
+    return base::messages::no_instance_ready(printable(pending.uuid), pending.key().to_string());
   }
   return busy == 1 ? base::messages::only_instance_busy() : base::messages::instances_busy(busy);
 }

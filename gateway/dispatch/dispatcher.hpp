@@ -13,8 +13,10 @@
 
 #include <chrono>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -102,9 +104,12 @@ class Dispatcher {
 
   /// A call to dispatch: a new one, or one that an operator dispatches again, as a new attempt and
   /// wherever it is; an at-most-once call is then the operator's responsibility.
-  Decisions add(const CallRecord& call);
+  Decisions add(std::shared_ptr<const CallRecord> call);
+  Decisions add(CallRecord call) {
+    return add(std::make_shared<const CallRecord>(std::move(call)));
+  }
   /// A call of an earlier run, last dispatched to the instance of its last attempt.
-  Decisions resume(const CallRecord& call, SteadyTime now);
+  Decisions resume(std::shared_ptr<const CallRecord> call, SteadyTime now);
   /// The call is answered or over.
   Decisions remove(const fabric::CallId& call);
 
@@ -120,7 +125,6 @@ class Dispatcher {
   void lose(Instance& instance, Decisions& decisions);
   enum class Loss : std::uint8_t { gone, unresponsive };
   void lose_call(PendingCall& pending, Loss loss, Decisions& decisions);
-  [[nodiscard]] static Assign assignment(const PendingCall& pending, const Instance& instance);
   [[nodiscard]] fabric::Message why_waiting(const PendingCall& pending) const;
 
   DispatcherOptions options_;

@@ -121,7 +121,8 @@ void Instances::unlist(Instance& instance) {
     --scope_group->all;
   }
   instance.scope_groups.clear();
-  std::erase_if(group.scope_groups, [](const auto& one) { return one.second.all == 0; });
+  std::erase_if(group.scope_groups,
+                [](const auto& scope_group) { return scope_group.second.all == 0; });
   if (group.members.empty()) {
     groups_.erase(entry);
   }
@@ -153,13 +154,13 @@ const Instances::Group* Instances::group(const std::string& uuid) const {
 }
 
 /// The first in the ranking of the most closely named channels that has any.
-Instance* Instances::choose_from(Ranking ScopeGroup::*ranking, const std::string& uuid,
-                                 const fabric::ChannelKey& key) const {
+Instance* Instances::choose(ScopeGroup::Ranking ScopeGroup::*ranking, const std::string& uuid,
+                            const fabric::ChannelKey& key) const {
   Instance* best = nullptr;
   if (const Group* const of = group(uuid)) {
     const bool change = (of->calls + 1) % calls_in_a_row == 0;
     visit_scope_groups(*of, key, [&](const ScopeGroup& scope_group) {
-      const Ranking& ranked = scope_group.*ranking;
+      const ScopeGroup::Ranking& ranked = scope_group.*ranking;
       if (!ranked.empty()) {
         const auto first = ranked.begin();
         const std::uint32_t load = std::get<0>(first->first);
@@ -169,14 +170,6 @@ Instance* Instances::choose_from(Ranking ScopeGroup::*ranking, const std::string
     });
   }
   return best;
-}
-
-Instance* Instances::choose(const std::string& uuid, const fabric::ChannelKey& key) const {
-  return choose_from(&ScopeGroup::with_room, uuid, key);
-}
-
-Instance* Instances::choose_to_wait(const std::string& uuid, const fabric::ChannelKey& key) const {
-  return choose_from(&ScopeGroup::shared, uuid, key);
 }
 
 bool Instances::serves(const fabric::InstanceIdentity& identity, const fabric::ChannelKey& key) {
@@ -220,9 +213,9 @@ Instances::Service Instances::service(const std::string& uuid,
     return !service.served;
   });
   if (!service.served && !service.draining) {
-    const auto one =
+    const auto seen =
         std::ranges::find_if(of->members, [](const auto& any) { return any.second->seen; });
-    service.elsewhere = one == of->members.end() ? nullptr : one->second;
+    service.elsewhere = seen == of->members.end() ? nullptr : seen->second;
   }
   return service;
 }

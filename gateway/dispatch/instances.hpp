@@ -1,9 +1,9 @@
 // The instances of a dispatcher, indexed by UUID, channel and load. Pure.
 //
-//   Instance& one = instances.enter(identity.id);
-//   instances.change(one, [&] { one.identity = identity; });
-//   instances.change_load(one, [&] { ++one.running; });
-//   Instance* best = instances.choose("560aacbf-…", {"cnc", 1});
+//   Instance& instance = instances.enter(identity.id);
+//   instances.change(instance, [&] { instance.identity = identity; });
+//   instances.change_load(instance, [&] { ++instance.running; });
+//   Instance* best = instances.choose(&ScopeGroup::with_room, "560aacbf-…", {"cnc", 1});
 #pragma once
 
 #include <array>
@@ -72,7 +72,8 @@ struct ScopeGroup {
   using Rank = std::tuple<std::uint32_t, std::uint64_t, fabric::InstanceId>;
   using Ranking = std::map<Rank, Instance*>;
   Ranking with_room;
-  /// Without room because of other gateways, and without a waiting call of ours.
+  /// Without room because of other gateways, and without a waiting call of ours: the queues that a
+  /// call joins if none has room.
   Ranking shared;
   /// They take calls.
   std::size_t ready = 0;
@@ -110,14 +111,11 @@ class Instances {
     list(instance);
   }
 
-  /// The instance for a call: of those with room the one that names the channel most closely, then
-  /// the least busy, then the one that was used last: its process may still be awake, and its
-  /// memory in the caches. After `calls_in_a_row` calls the longest unused one takes over. Null if
-  /// none has room.
-  [[nodiscard]] Instance* choose(const std::string& uuid, const fabric::ChannelKey& key) const;
-  /// The instance whose queue the call joins if none has room: one that is busy for other gateways.
-  [[nodiscard]] Instance* choose_to_wait(const std::string& uuid,
-                                         const fabric::ChannelKey& key) const;
+  /// The instance for a call, or null: of those in the ranking the one that names the channel most
+  /// closely, then the least busy, then the one that was used last: its process may still be awake,
+  /// and its memory in the caches. After `calls_in_a_row` calls the longest unused one takes over.
+  [[nodiscard]] Instance* choose(ScopeGroup::Ranking ScopeGroup::*ranking, const std::string& uuid,
+                                 const fabric::ChannelKey& key) const;
   /// It gets a call; its load changes with it.
   void use(Instance& instance) { instance.last_used = ++groups_.at(instance.identity.uuid).calls; }
   /// Whether it serves the channel.
@@ -160,9 +158,6 @@ class Instances {
   static void rank(Instance& instance);
   static void unrank(const Instance& instance);
   [[nodiscard]] const Group* group(const std::string& uuid) const;
-  using Ranking = ScopeGroup::Ranking;
-  [[nodiscard]] Instance* choose_from(Ranking ScopeGroup::*ranking, const std::string& uuid,
-                                      const fabric::ChannelKey& key) const;
   template <typename Visit>
   static void visit_scope_groups(const Group& group, const fabric::ChannelKey& key, Visit visit);
 

@@ -45,10 +45,10 @@ std::optional<std::string> nearest(std::string_view text, const std::vector<std:
   constexpr std::size_t most_edits = 4;
   std::optional<std::string> best;
   std::size_t best_edits = most_edits + 1;
-  for (const std::string& one : known) {
-    const std::size_t edits = base::text::edit_distance(text, one);
+  for (const std::string& candidate : known) {
+    const std::size_t edits = base::text::edit_distance(text, candidate);
     if (edits < best_edits) {
-      best = one;
+      best = candidate;
       best_edits = edits;
     }
   }

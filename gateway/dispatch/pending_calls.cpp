@@ -8,7 +8,7 @@ namespace millrace::gateway::dispatch {
 
 PendingCall& PendingCalls::enter(PendingCall pending) {
   pending.number = ++entered_;
-  const fabric::CallId call = pending.call;
+  const fabric::CallId call = pending.id();
   return calls_.insert_or_assign(call, std::move(pending)).first->second;
 }
 
@@ -19,7 +19,7 @@ PendingCall* PendingCalls::find(const fabric::CallId& call) {
 
 void PendingCalls::forget(PendingCall& pending) {
   detach(pending);
-  calls_.erase(fabric::CallId(pending.call));
+  calls_.erase(fabric::CallId(pending.id()));
 }
 
 void PendingCalls::assign(PendingCall& pending, Instance& instance) {
@@ -51,7 +51,8 @@ const PendingCalls::Queue* PendingCalls::waiting(const std::string& uuid) const 
 }
 
 void PendingCalls::note_waiters(Instance& instance) {
-  instance.has_waiter = std::ranges::any_of(instance.calls, &PendingCall::waits);
+  instance.has_waiter = std::ranges::any_of(
+      instance.calls, [](const PendingCall* pending) { return pending->assignment.waits; });
 }
 
 /// Removes the call from its instance and from the pending calls.
@@ -60,13 +61,13 @@ void PendingCalls::detach(PendingCall& pending) {
     Instances::change_load(*from, [&] {
       std::erase(from->calls, &pending);
       --from->running;
-      if (pending.waits) {
+      if (pending.assignment.waits) {
         note_waiters(*from);
       }
     });
   }
   pending.published = {};
-  pending.waits = false;
+  pending.assignment.waits = false;
   const auto place = std::exchange(pending.place, PendingCall::Place::none);
   if (place == PendingCall::Place::held) {
     held_.erase(pending.number);

@@ -23,29 +23,29 @@ namespace millrace::gateway::dispatch {
 
 /// A call of the dispatcher, waiting or dispatched.
 struct PendingCall {
+  std::shared_ptr<const CallRecord> record{};
+  /// Canonical.
+  std::string uuid{};
+  /// The last one; its attempt is 0 before the first.
+  Assignment assignment{};
   /// Counted from 1, in the order of their arrival.
   std::uint64_t number = 0;
-  fabric::CallId call;
-  fabric::ChannelKey key;
-  std::string uuid;
-  /// The last one; 0 before the first.
-  Attempt attempt{{}, 0};
   /// The instance that has the call, or null.
   Instance* at = nullptr;
   /// Whether it is among those that wait for an instance, or among the blocked calls.
   enum class Place : std::uint8_t { none, queued, held };
   Place place = Place::none;
-  fabric::Delivery delivery = fabric::Delivery::at_least_once;
-  fabric::CompletionSignal completion_signal = fabric::CompletionSignal::response_state;
-  fabric::Message reason;
+  fabric::Message reason{};
   /// When its request was last sent, and the number of heartbeats since then that should have named
   /// it and did not.
-  struct {
+  struct Published {
     std::optional<SteadyTime> at;
     unsigned unknown = 0;
-  } published{};
-  /// It waits at its instance for its turn.
-  bool waits = false;
+  };
+  Published published{};
+
+  [[nodiscard]] const fabric::CallId& id() const { return record->id; }
+  [[nodiscard]] const fabric::ChannelKey& key() const { return record->key; }
 };
 
 class PendingCalls {

@@ -256,8 +256,8 @@ class File final : public Journal, private JournalFile {
 
   /// Each in a turn of the loop of its own.
   void confirm(std::vector<Ticket> tickets) override {
-    for (Ticket& one : tickets) {
-      asio::post(executor_, [this, ticket = std::move(one), alive = std::weak_ptr(alive_)] {
+    for (Ticket& confirmed : tickets) {
+      asio::post(executor_, [this, ticket = std::move(confirmed), alive = std::weak_ptr(alive_)] {
         if (!alive.expired()) {
           on_recorded_(ticket);
         }

@@ -37,22 +37,22 @@ void JournalState::apply(const JournalEntry& entry) {
     return;
   }
   std::visit(
-      [this](const auto& one) {
-        using T = std::decay_t<decltype(one)>;
+      [this](const auto& change) {
+        using T = std::decay_t<decltype(change)>;
         if constexpr (std::is_same_v<T, MessageEndedEntry>) {
-          end(one);
+          end(change);
         } else if constexpr (std::is_same_v<T, MessageEntry> || std::is_same_v<T, LastGetEntry>) {
-          queues_[one.key].apply(one);
+          queues_[change.key].apply(change);
         } else if constexpr (!std::is_same_v<T, NumbersEntry> && !std::is_same_v<T, BlockedEntry>) {
-          const auto found = calls_.find(one.call);
+          const auto found = calls_.find(change.call);
           if (found == calls_.end()) {
             return;
           }
           CallRecord& call = found->second;
           if constexpr (std::is_same_v<T, InterimEntry>) {
-            show(call, one.state);
+            show(call, change.state);
           } else if constexpr (std::is_same_v<T, AnsweredEntry>) {
-            call.answer = one.answer;
+            call.answer = change.answer;
           } else if constexpr (std::is_same_v<T, ClearingEntry>) {
             call.clearing = true;
           } else if constexpr (std::is_same_v<T, EndedEntry>) {
@@ -66,9 +66,9 @@ void JournalState::apply(const JournalEntry& entry) {
 /// The end of the message is the end of its call, which may not have been written any more.
 void JournalState::end(const MessageEndedEntry& entry) {
   queues_[entry.key].apply(entry);
-  std::erase_if(calls_, [&](const auto& one) {
-    return one.second.key == entry.key &&
-           one.second.request.state == request_state_of(entry.number);
+  std::erase_if(calls_, [&](const auto& call) {
+    return call.second.key == entry.key &&
+           call.second.request.state == request_state_of(entry.number);
   });
 }
 

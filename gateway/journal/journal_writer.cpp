@@ -1,7 +1,6 @@
 #include "gateway/journal/journal_writer.hpp"
 
 #include <algorithm>
-#include <cassert>
 #include <iterator>
 #include <utility>
 
@@ -46,7 +45,7 @@ tl::expected<void, std::string> JournalWriter::begin() {
   const std::string bytes = encode_file(state_.snapshot());
   return file_.begin(bytes).map([&] {
     size_ = bytes.size();
-    set_limit(size_);
+    limit_ = std::max(options_.compact_at, growth * size_);
   });
 }
 
@@ -75,19 +74,15 @@ void JournalWriter::write(const std::string& bytes) {
       fail(written.error());
     }
   }
-  if (job_ == Job::new_file) {
-    tail_ += bytes;
-  } else if (job_ == Job::replace) {
+  if (auto* const rewriting = std::get_if<Rewriting>(&job_)) {
+    rewriting->tail += bytes;
+  } else if (auto* const replacing = std::get_if<Replacing>(&job_)) {
     dirty_ = true;
-    write_to_new_file(bytes);
-  }
-}
-
-void JournalWriter::write_to_new_file(const std::string& bytes) {
-  new_file_size_ += bytes.size();
-  if (const auto written = file_.append_to_new_file(bytes); !written) {
-    spoiled_ = true;
-    fail(written.error());
+    replacing->size += bytes.size();
+    if (const auto written = file_.append_to_new_file(bytes); !written) {
+      replacing->spoiled = true;
+      fail(written.error());
+    }
   }
 }
 
@@ -98,102 +93,74 @@ void JournalWriter::on_tick() {
 }
 
 void JournalWriter::proceed() {
-  if (job_ != Job::none) {
+  if (!std::holds_alternative<std::monostate>(job_)) {
     return;
   }
   if (new_file_due_) {
-    start_new_file();
+    new_file_due_ = false;
+    job_ = Rewriting{};
+    file_.start_new_file(state_.snapshot());
   } else if (error_.empty() && force_due_ && dirty_) {
-    start_force();
+    job_ = Forcing{take_batch()};
+    file_.start_force();
   }
-}
-
-void JournalWriter::start_force() {
-  job_ = Job::force;
-  begin_batch();
-  file_.start_force();
 }
 
 void JournalWriter::on_forced(const std::string& failure) {
-  assert(job_ == Job::force);
-  job_ = Job::none;
+  auto [batch] = std::get<Forcing>(std::exchange(job_, {}));
   if (failure.empty()) {
-    file_.confirm(std::exchange(batch_, {}));
+    file_.confirm(std::move(batch));
   } else {
-    return_batch();
+    return_batch(std::move(batch));
     fail(failure);
   }
   proceed();
-}
-
-void JournalWriter::start_new_file() {
-  job_ = Job::new_file;
-  new_file_due_ = false;
-  spoiled_ = false;
-  file_.start_new_file(state_.snapshot());
 }
 
 void JournalWriter::on_new_file(const tl::expected<std::size_t, std::string>& length) {
-  assert(job_ == Job::new_file);
-  job_ = Job::none;
-  const std::string tail = std::exchange(tail_, {});
-  if (!length) {
-    fail(length.error());
+  const auto [tail] = std::get<Rewriting>(std::exchange(job_, {}));
+  const auto added = length.and_then([&](std::size_t) {
+    return tail.empty() ? tl::expected<void, std::string>() : file_.append_to_new_file(tail);
+  });
+  if (added) {
+    job_ = Replacing{.batch = take_batch(), .needed = *length, .size = *length + tail.size()};
+    file_.start_replace();
   } else {
-    new_file_needs_ = *length;
-    new_file_size_ = *length;
-    if (!tail.empty()) {
-      write_to_new_file(tail);
-    }
-    if (!spoiled_) {
-      start_replace();
-    }
+    fail(added.error());
   }
   proceed();
 }
 
-void JournalWriter::start_replace() {
-  job_ = Job::replace;
-  begin_batch();
-  file_.start_replace();
-}
-
 void JournalWriter::on_replaced(const std::string& failure) {
-  assert(job_ == Job::replace);
-  job_ = Job::none;
+  auto replaced = std::get<Replacing>(std::exchange(job_, {}));
   if (!failure.empty()) {
     fail(failure);
   }
-  if (!failure.empty() || spoiled_) {
-    return_batch();
+  if (!failure.empty() || replaced.spoiled) {
+    return_batch(std::move(replaced.batch));
   } else {
-    size_ = new_file_size_;
-    set_limit(new_file_needs_);
+    size_ = replaced.size;
+    limit_ = std::max(options_.compact_at, growth * replaced.needed);
     if (!error_.empty()) {
       error_.clear();
       file_.report_error({});
     }
-    file_.confirm(std::exchange(batch_, {}));
+    file_.confirm(std::move(replaced.batch));
   }
   proceed();
 }
 
-/// Covers everything appended so far; later entries are covered by the next batch.
-void JournalWriter::begin_batch() {
+/// Of everything appended so far; later entries are covered by the next batch.
+std::vector<Ticket> JournalWriter::take_batch() {
   dirty_ = false;
   force_due_ = false;
-  batch_ = std::exchange(waiting_, {});
+  return std::exchange(waiting_, {});
 }
 
-/// It was not.
-void JournalWriter::return_batch() {
-  batch_.insert(batch_.end(), std::make_move_iterator(waiting_.begin()),
-                std::make_move_iterator(waiting_.end()));
-  waiting_ = std::exchange(batch_, {});
-}
-
-void JournalWriter::set_limit(std::size_t needed) {
-  limit_ = std::max(options_.compact_at, growth * needed);
+/// It was not covered: it waits before the later ones.
+void JournalWriter::return_batch(std::vector<Ticket> batch) {
+  waiting_.insert(waiting_.begin(), std::make_move_iterator(batch.begin()),
+                  std::make_move_iterator(batch.end()));
 }
 
 void JournalWriter::fail(const std::string& reason) {

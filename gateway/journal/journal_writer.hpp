@@ -22,6 +22,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
 
 #include <tl/expected.hpp>
@@ -107,24 +108,35 @@ class JournalWriter {
   [[nodiscard]] const JournalState& state() const { return state_; }
 
  private:
-  /// The current job of the disk.
-  enum class Job : std::uint8_t { none, force, new_file, replace };
+  // The job of the disk, with what only it needs.
+
+  struct Forcing {
+    std::vector<Ticket> batch;
+  };
+  /// A new file is written; `tail` has the entries that came since.
+  struct Rewriting {
+    std::string tail;
+  };
+  struct Replacing {
+    std::vector<Ticket> batch;
+    /// Of the new file: what the open calls need, and with all later entries.
+    std::size_t needed = 0;
+    std::size_t size = 0;
+    /// Something could not be appended to it.
+    bool spoiled = false;
+  };
+  using Job = std::variant<std::monostate, Forcing, Rewriting, Replacing>;
 
   void write(const std::string& bytes);
-  void write_to_new_file(const std::string& bytes);
   void proceed();
-  void start_force();
-  void start_new_file();
-  void start_replace();
-  void begin_batch();
-  void return_batch();
-  void set_limit(std::size_t needed);
+  std::vector<Ticket> take_batch();
+  void return_batch(std::vector<Ticket> batch);
   void fail(const std::string& reason);
 
   JournalFile& file_;
   FileOptions options_;
   JournalState state_;
-  Job job_ = Job::none;
+  Job job_;
   /// Of the file; above the limit it is rewritten.
   std::size_t size_ = 0;
   std::size_t limit_ = 0;
@@ -133,16 +145,8 @@ class JournalWriter {
   /// To be started when the disk has nothing else to do.
   bool force_due_ = false;
   bool new_file_due_ = false;
-  /// Covered by the force or replacement under way, and by the next one.
-  std::vector<Ticket> batch_;
+  /// Covered by the next force or replacement.
   std::vector<Ticket> waiting_;
-  /// The bytes that the new file's first contents need; with all later entries it has this size.
-  std::size_t new_file_needs_ = 0;
-  std::size_t new_file_size_ = 0;
-  /// Entries that came while the new file was started and are not in it yet.
-  std::string tail_;
-  /// Something could not be appended to the new file.
-  bool spoiled_ = false;
   fabric::Message error_;
 };
 

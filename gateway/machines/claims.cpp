@@ -25,7 +25,7 @@ std::string net_id_of(const std::string& address) {
     return {};
   }
   const auto id = cnc::ads::NetId::parse(address.substr(comma + 2));
-  return id && *id != settings::MachineSettings{}.net_id ? id->to_string() : std::string();
+  return id && *id != settings::ControllerAddress{}.net_id ? id->to_string() : std::string();
 }
 
 }  // namespace
@@ -49,9 +49,9 @@ Claims::Accepted Claims::set(const fabric::MachineStatus& status) {
   }
   const auto known = machines_.find(status.machine);
   // Our machines have room, whatever strangers invent.
-  const bool ours = controllers_.contains(status.machine);
+  const bool configured = controllers_.contains(status.machine);
   if (known == machines_.end()
-          ? !ours && machines_.size() >= most_machines
+          ? !configured && machines_.size() >= most_machines
           : known->second.size() >= most_gateways && !known->second.contains(status.gateway)) {
     return Accepted::full;
   }
@@ -60,12 +60,12 @@ Claims::Accepted Claims::set(const fabric::MachineStatus& status) {
 }
 
 bool Claims::counts(const fabric::MachineStatus& gateway) const {
-  const auto ours = controllers_.find(gateway.machine);
-  if (ours == controllers_.end() || ours->second.empty()) {
+  const auto own = controllers_.find(gateway.machine);
+  if (own == controllers_.end() || own->second.empty()) {
     return true;
   }
   const std::string theirs = net_id_of(gateway.address);
-  return theirs.empty() || theirs == ours->second;
+  return theirs.empty() || theirs == own->second;
 }
 
 bool Claims::is_elsewhere(const std::string& machine, std::uint64_t epoch) const {
@@ -100,9 +100,9 @@ const fabric::MachineStatus* Claims::of_epoch(const std::string& machine,
 }
 
 const fabric::MachineStatus* Claims::owner_before(const fabric::ChannelKey& key,
-                                                  fabric::Time ours) const {
+                                                  fabric::Time own) const {
   for (const auto& [id, gateway] : of(key.machine)) {
-    if (counts(gateway) && before(gateway, ours) && covers(gateway, key.channel)) {
+    if (counts(gateway) && before(gateway, own) && covers(gateway, key.channel)) {
       return &gateway;
     }
   }
@@ -111,13 +111,13 @@ const fabric::MachineStatus* Claims::owner_before(const fabric::ChannelKey& key,
 
 const fabric::MachineStatus* Claims::owner_of_all_before(const std::string& machine,
                                                          const std::vector<std::uint16_t>& wanted,
-                                                         fabric::Time ours) const {
+                                                         fabric::Time own) const {
   for (const auto& [id, gateway] : of(machine)) {
     const bool all = gateway.claims.empty() ||
                      (!wanted.empty() && std::ranges::all_of(wanted, [&](std::uint16_t channel) {
                        return covers(gateway, channel);
                      }));
-    if (all && counts(gateway) && before(gateway, ours)) {
+    if (all && counts(gateway) && before(gateway, own)) {
       return &gateway;
     }
   }
@@ -125,16 +125,16 @@ const fabric::MachineStatus* Claims::owner_of_all_before(const std::string& mach
 }
 
 bool Claims::contested(const std::string& machine) const {
-  return std::ranges::any_of(of(machine), [&](const auto& one) { return counts(one.second); });
+  return std::ranges::any_of(of(machine), [&](const auto& claim) { return counts(claim.second); });
 }
 
-fabric::Time Claims::after_owners(const std::string& machine, fabric::Time ours) const {
+fabric::Time Claims::after_owners(const std::string& machine, fabric::Time own) const {
   for (const auto& [id, gateway] : of(machine)) {
-    if (counts(gateway) && gateway.connected && gateway.claimed >= ours) {
-      ours = std::min(gateway.claimed + std::chrono::nanoseconds(1), latest);
+    if (counts(gateway) && gateway.connected && gateway.claimed >= own) {
+      own = std::min(gateway.claimed + std::chrono::nanoseconds(1), latest);
     }
   }
-  return ours;
+  return own;
 }
 
 const Claims::Gateways& Claims::of(const std::string& machine) const {
@@ -143,8 +143,8 @@ const Claims::Gateways& Claims::of(const std::string& machine) const {
   return found == machines_.end() ? none : found->second;
 }
 
-bool Claims::before(const fabric::MachineStatus& other, fabric::Time ours) const {
-  return std::tie(other.claimed, other.gateway) < std::tie(ours, self_);
+bool Claims::before(const fabric::MachineStatus& other, fabric::Time own) const {
+  return std::tie(other.claimed, other.gateway) < std::tie(own, self_);
 }
 
 std::string name_of(const fabric::MachineStatus& gateway) {

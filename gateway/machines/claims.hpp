@@ -52,21 +52,20 @@ class Claims {
                                                       std::uint64_t epoch) const;
   /// The gateway whose claim to this channel comes before ours of time `ours`; nullptr if none.
   [[nodiscard]] const fabric::MachineStatus* owner_before(const fabric::ChannelKey& key,
-                                                          fabric::Time ours) const;
+                                                          fabric::Time own) const;
   /// The gateway whose claim comes before ours for all channels that we want (none = all that the
   /// controller has), so that we need not even connect; nullptr if none.
   [[nodiscard]] const fabric::MachineStatus* owner_of_all_before(
-      const std::string& machine, const std::vector<std::uint16_t>& wanted,
-      fabric::Time ours) const;
+      const std::string& machine, const std::vector<std::uint16_t>& wanted, fabric::Time own) const;
   /// Whether the calls of this epoch belong to another controller with the machine's name.
   [[nodiscard]] bool is_elsewhere(const std::string& machine, std::uint64_t epoch) const;
   /// Whether any other gateway claims channels of this machine.
   [[nodiscard]] bool contested(const std::string& machine) const;
   /// Whether the other gateway's claim comes before ours of time `ours`.
-  [[nodiscard]] bool before(const fabric::MachineStatus& other, fabric::Time ours) const;
+  [[nodiscard]] bool before(const fabric::MachineStatus& other, fabric::Time own) const;
   /// `ours`, or a moment after the claims of those that serve the machine already: clocks of hosts
   /// differ, and a later gateway must not come before them.
-  [[nodiscard]] fabric::Time after_owners(const std::string& machine, fabric::Time ours) const;
+  [[nodiscard]] fabric::Time after_owners(const std::string& machine, fabric::Time own) const;
 
  private:
   using Gateways = std::map<fabric::InstanceId, fabric::MachineStatus>;

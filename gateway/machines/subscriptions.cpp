@@ -11,12 +11,12 @@ namespace millrace::gateway::machines {
 SubscriptionActions Subscriptions::serve(const std::vector<std::uint16_t>& channels) {
   SubscriptionActions actions;
   for (auto it = channels_.begin(); it != channels_.end();) {
-    auto& [channel, one] = *it;
+    auto& [channel, subscription] = *it;
     if (std::ranges::find(channels, channel) != channels.end()) {
       ++it;
       continue;
     }
-    reset(channel, one, Step::idle, actions);
+    reset(channel, subscription, Step::idle, actions);
     it = channels_.erase(it);
   }
   for (const std::uint16_t channel : channels) {
@@ -47,9 +47,9 @@ SubscriptionActions Subscriptions::set_mode(SubscriptionMode mode) {
   missed_.clear();
   again_.reset();
   pause_ = shortest_pause;
-  for (auto& [channel, one] : channels_) {
-    if (mode == SubscriptionMode::poll || one.step == Step::refused) {
-      reset(channel, one, Step::idle, actions);
+  for (auto& [channel, subscription] : channels_) {
+    if (mode == SubscriptionMode::poll || subscription.step == Step::refused) {
+      reset(channel, subscription, Step::idle, actions);
     }
   }
   ask(actions);
@@ -62,9 +62,9 @@ void Subscriptions::ask(SubscriptionActions& actions) {
   if (mode_ == SubscriptionMode::poll || !given_up_.empty()) {
     return;
   }
-  for (auto& [channel, one] : channels_) {
-    if (one.step == Step::idle) {
-      one.step = Step::asked;
+  for (auto& [channel, subscription] : channels_) {
+    if (subscription.step == Step::idle) {
+      subscription.step = Step::asked;
       actions.subscribe.push_back(channel);
     }
   }
@@ -78,17 +78,17 @@ SubscriptionActions Subscriptions::on_subscribed(const std::vector<SubscribeOutc
     if (found == channels_.end() || found->second.step != Step::asked) {
       continue;  // the result of an earlier request is obsolete
     }
-    ChannelSubscription& one = found->second;
+    ChannelSubscription& subscription = found->second;
     if (outcome.refusal.empty()) {
-      one.step = Step::granted;
-      one.refusal.clear();
+      subscription.step = Step::granted;
+      subscription.refusal.clear();
       // The first value may have come before this answer.
-      trust(outcome.channel, one, actions);
+      trust(outcome.channel, subscription, actions);
     } else {
-      one.step = Step::idle;  // there is nothing to unsubscribe from
+      subscription.step = Step::idle;  // there is nothing to unsubscribe from
       // Values notified until now say nothing about the next subscription.
-      reset(outcome.channel, one, outcome.undecided ? Step::idle : Step::refused, actions);
-      one.refusal = outcome.refusal;
+      reset(outcome.channel, subscription, outcome.undecided ? Step::idle : Step::refused, actions);
+      subscription.refusal = outcome.refusal;
       if (outcome.undecided || mode_ == SubscriptionMode::notify) {
         try_again(now);
       }
@@ -107,47 +107,47 @@ SubscriptionActions Subscriptions::on_notification(std::uint16_t channel, Variab
       (found->second.step != Step::granted && found->second.step != Step::asked)) {
     return actions;
   }
-  ChannelSubscription& one = found->second;
+  ChannelSubscription& subscription = found->second;
   if (!value) {
     // After a restart or an online change of the controller, its handles are invalid.
-    reset(channel, one, Step::idle, actions);
-    one.refusal = "the controller has dropped its handle";
+    reset(channel, subscription, Step::idle, actions);
+    subscription.refusal = "the controller has dropped its handle";
     actions.changed.emplace_back(channel, Variable::request_state);
     try_again(now);
     describe(actions);
     return actions;
   }
   if (variable == Variable::response_state) {
-    if (one.seen_response != value) {
+    if (subscription.seen_response != value) {
       actions.changed.emplace_back(channel, variable);
     }
     return actions;
   }
   // The same value again: a change in between was not notified.
-  if (one.notified == value && one.other_seen && missed(channel, actions, now)) {
+  if (subscription.notified == value && subscription.other_seen && missed(channel, actions, now)) {
     return actions;
   }
-  if (one.zero_shown_at && value == 0U) {
-    times_late_ = now - *one.zero_shown_at > late ? times_late_ + 1 : 0;
-    one.zero_shown_at.reset();
-  } else if (one.seen == value) {
+  if (subscription.zero_shown_at && value == 0U) {
+    times_late_ = now - *subscription.zero_shown_at > late ? times_late_ + 1 : 0;
+    subscription.zero_shown_at.reset();
+  } else if (subscription.seen == value) {
     // The NC program was faster than the controller's cycle: our write will never be notified.
-    one.zero_shown_at.reset();
+    subscription.zero_shown_at.reset();
   }
-  one.notified = value;
-  one.notified_since_read = true;
-  one.other_seen = false;
-  one.found_by_read = false;
-  one.unnotified_since.reset();
-  one.unnotified_reads = 0;
+  subscription.notified = value;
+  subscription.notified_since_read = true;
+  subscription.other_seen = false;
+  subscription.found_by_read = false;
+  subscription.unnotified_since.reset();
+  subscription.unnotified_reads = 0;
   if (times_late_ >= most_late) {
     give_up(fmt::format("its notifications come more than {} ms late", late.count()), actions, now);
     return actions;
   }
-  if (one.seen != one.notified) {
+  if (subscription.seen != subscription.notified) {
     actions.changed.emplace_back(channel, variable);
   }
-  trust(channel, one, actions);
+  trust(channel, subscription, actions);
   return actions;
 }
 
@@ -181,44 +181,47 @@ void Subscriptions::on_cleared(std::uint16_t channel) {
 
 void Subscriptions::see(std::uint16_t channel, std::uint32_t state, SubscriptionActions& actions,
                         SteadyTime now) {
-  ChannelSubscription& one = channels_.at(channel);
-  const bool same = std::exchange(one.seen, state) == state;
-  const bool by_us = state == 0 && std::exchange(one.cleared, false);
-  if (one.step != Step::granted) {
+  ChannelSubscription& subscription = channels_.at(channel);
+  const bool same = std::exchange(subscription.seen, state) == state;
+  const bool by_us = state == 0 && std::exchange(subscription.cleared, false);
+  if (subscription.step != Step::granted) {
     return;
   }
-  if (by_us && one.notified != state && !one.zero_shown_at) {
-    one.zero_shown_at = now;
+  if (by_us && subscription.notified != state && !subscription.zero_shown_at) {
+    subscription.zero_shown_at = now;
   }
-  if (one.notified == state) {
-    one.unnotified_since.reset();
-    one.unnotified_reads = 0;
-    if (one.found_by_read) {
-      one.other_seen = false;
-      one.found_by_read = false;
+  if (subscription.notified == state) {
+    subscription.unnotified_since.reset();
+    subscription.unnotified_reads = 0;
+    if (subscription.found_by_read) {
+      subscription.other_seen = false;
+      subscription.found_by_read = false;
       if (missed(channel, actions, now)) {
         return;
       }
     }
-  } else if (by_us || !one.notified_since_read) {
-    one.found_by_read = one.found_by_read || (!one.other_seen && one.notified && !by_us);
-    one.other_seen = true;
-    if (!one.unnotified_since || (!same && one.notified)) {
-      one.unnotified_since = now;
-      one.unnotified_reads = 0;
+  } else if (by_us || !subscription.notified_since_read) {
+    subscription.found_by_read =
+        subscription.found_by_read || (!subscription.other_seen && subscription.notified && !by_us);
+    subscription.other_seen = true;
+    if (!subscription.unnotified_since || (!same && subscription.notified)) {
+      subscription.unnotified_since = now;
+      subscription.unnotified_reads = 0;
     }
-    ++one.unnotified_reads;
-    if (now - *one.unnotified_since > lost && one.unnotified_reads >= lost_reads) {
-      give_up(one.notified ? fmt::format("it sent no notification of a change of {} in channel {}",
-                                         cnc::variables::name_of(Variable::request_state), channel)
-                           : fmt::format("it accepts subscriptions and sends no notification, not "
-                                         "even the first value of channel {}",
-                                         channel),
+    ++subscription.unnotified_reads;
+    if (now - *subscription.unnotified_since > lost &&
+        subscription.unnotified_reads >= lost_reads) {
+      give_up(subscription.notified
+                  ? fmt::format("it sent no notification of a change of {} in channel {}",
+                                cnc::variables::name_of(Variable::request_state), channel)
+                  : fmt::format("it accepts subscriptions and sends no notification, not "
+                                "even the first value of channel {}",
+                                channel),
               actions, now);
       return;
     }
   }
-  trust(channel, one, actions);
+  trust(channel, subscription, actions);
 }
 
 bool Subscriptions::missed(std::uint16_t channel, SubscriptionActions& actions, SteadyTime now) {
@@ -235,29 +238,30 @@ bool Subscriptions::missed(std::uint16_t channel, SubscriptionActions& actions, 
   return true;
 }
 
-void Subscriptions::trust(std::uint16_t channel, ChannelSubscription& one,
+void Subscriptions::trust(std::uint16_t channel, ChannelSubscription& subscription,
                           SubscriptionActions& actions) {
-  const bool trusted = one.step == Step::granted && one.notified && one.notified == one.seen;
-  if (one.trusted != trusted) {
-    one.trusted = trusted;
+  const bool trusted = subscription.step == Step::granted && subscription.notified &&
+                       subscription.notified == subscription.seen;
+  if (subscription.trusted != trusted) {
+    subscription.trusted = trusted;
     actions.trusted.emplace_back(channel, trusted);
   }
 }
 
-void Subscriptions::reset(std::uint16_t channel, ChannelSubscription& one, Step step,
+void Subscriptions::reset(std::uint16_t channel, ChannelSubscription& subscription, Step step,
                           SubscriptionActions& actions) {
-  if (one.step == Step::granted || one.step == Step::asked) {
+  if (subscription.step == Step::granted || subscription.step == Step::asked) {
     actions.unsubscribe.push_back(channel);
   }
-  const auto seen = one.seen;
-  const auto seen_response = one.seen_response;
-  const bool trusted = one.trusted;
-  one = {};
-  one.step = step;
-  one.seen = seen;
-  one.seen_response = seen_response;
-  one.trusted = trusted;
-  trust(channel, one, actions);
+  const auto seen = subscription.seen;
+  const auto seen_response = subscription.seen_response;
+  const bool trusted = subscription.trusted;
+  subscription = {};
+  subscription.step = step;
+  subscription.seen = seen;
+  subscription.seen_response = seen_response;
+  subscription.trusted = trusted;
+  trust(channel, subscription, actions);
 }
 
 void Subscriptions::give_up(const fabric::Message& reason, SubscriptionActions& actions,
@@ -266,8 +270,8 @@ void Subscriptions::give_up(const fabric::Message& reason, SubscriptionActions& 
   again_.reset();
   missed_.clear();
   times_late_ = 0;
-  for (auto& [channel, one] : channels_) {
-    reset(channel, one, Step::idle, actions);
+  for (auto& [channel, subscription] : channels_) {
+    reset(channel, subscription, Step::idle, actions);
   }
   if (mode_ == SubscriptionMode::notify) {
     try_again(now);
@@ -292,9 +296,9 @@ SubscriptionActions Subscriptions::on_time(SteadyTime now) {
   if (mode_ == SubscriptionMode::notify) {
     given_up_.clear();
   }
-  for (auto& [channel, one] : channels_) {
-    if (one.step == Step::refused && mode_ == SubscriptionMode::notify) {
-      reset(channel, one, Step::idle, actions);
+  for (auto& [channel, subscription] : channels_) {
+    if (subscription.step == Step::refused && mode_ == SubscriptionMode::notify) {
+      reset(channel, subscription, Step::idle, actions);
     }
   }
   ask(actions);
@@ -317,11 +321,11 @@ Subscriptions::Status Subscriptions::status() const {
   std::string which;
   std::size_t refused = 0;
   bool granted = false;
-  for (const auto& [channel, one] : channels_) {
-    granted = granted || one.step == Step::granted;
-    if (!one.refusal.empty() && one.step != Step::granted) {
+  for (const auto& [channel, subscription] : channels_) {
+    granted = granted || subscription.step == Step::granted;
+    if (!subscription.refusal.empty() && subscription.step != Step::granted) {
       which += fmt::format("{}{}", refused == 0 ? "" : ", ", channel);
-      refusal = refused == 0 ? one.refusal : refusal;
+      refusal = refused == 0 ? subscription.refusal : refusal;
       ++refused;
     }
   }

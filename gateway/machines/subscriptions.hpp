@@ -138,10 +138,11 @@ class Subscriptions {
            SteadyTime now);
   /// True if that was one too many.
   bool missed(std::uint16_t channel, SubscriptionActions& actions, SteadyTime now);
-  void trust(std::uint16_t channel, ChannelSubscription& one, SubscriptionActions& actions);
+  void trust(std::uint16_t channel, ChannelSubscription& subscription,
+             SubscriptionActions& actions);
   /// Ends the use of notifications: all channels are polled.
   void give_up(const fabric::Message& reason, SubscriptionActions& actions, SteadyTime now);
-  void reset(std::uint16_t channel, ChannelSubscription& one, Step step,
+  void reset(std::uint16_t channel, ChannelSubscription& subscription, Step step,
              SubscriptionActions& actions);
   void try_again(SteadyTime now);
   void describe(SubscriptionActions& actions);

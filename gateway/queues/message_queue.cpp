@@ -72,11 +72,11 @@ void MessageQueue::change(QueueSettings settings) {
 }
 
 void MessageQueue::note(JournalEntry entry) {
-  std::visit(
-      fabric::Cases{[this](const MessageEntry& one) { queue_log_.apply(one); },
-                    [this](const MessageEndedEntry& one) { queue_log_.apply(one); },
-                    [this](const LastGetEntry& one) { queue_log_.apply(one); }, [](const auto&) {}},
-      entry);
+  std::visit(fabric::Cases{[this](const MessageEntry& change) { queue_log_.apply(change); },
+                           [this](const MessageEndedEntry& change) { queue_log_.apply(change); },
+                           [this](const LastGetEntry& change) { queue_log_.apply(change); },
+                           [](const auto&) {}},
+             entry);
   output_.entries.push_back(std::move(entry));
 }
 

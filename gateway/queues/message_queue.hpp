@@ -64,11 +64,7 @@ class MessageQueue {
     bool wait = false;
     /// The service interface has another message.
     bool shows = false;
-    struct Line {
-      Level level = Level::info;
-      std::string text;
-    };
-    std::vector<Line> lines{};
+    std::vector<LogLine> lines{};
     /// It cannot be read, or fills up; or, with an empty text, it recovered.
     std::optional<fabric::Message> trouble{};
     std::optional<fabric::Message> filling{};

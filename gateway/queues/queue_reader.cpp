@@ -123,15 +123,15 @@ QueueReader::ReadResult QueueReader::inspect(const Control& control, const Queue
   const auto get = static_cast<std::uint32_t>(control.last_get);
   const auto uncovered = queue_log.uncovered();
   const auto& known = queue_log.last_get();
-  const auto ours = std::ranges::find(uncovered, get, &QueueMessage::element);
+  const auto covered = std::ranges::find(uncovered, get, &QueueMessage::element);
   if (!known) {
     result.covers = ReadResult::Covers{get, queue_log.last_number()};
-  } else if (get != *known && ours != uncovered.end()) {
+  } else if (get != *known && covered != uncovered.end()) {
     // Written by this gateway, in this run or in the one before. If not, another reader has taken a
     // message that is journalled, or an NC program has initialised the queue and the element number
     // is the same by chance: comparing the array decides.
     compare_ = compare_ || tried_ != get;
-    result.covers = ReadResult::Covers{get, ours->number};
+    result.covers = ReadResult::Covers{get, covered->number};
   } else if (get != *known) {
     result.resynchronised = fmt::format(
         "LastGet is {}, not {} as this gateway wrote it: an NC program has initialised the queue "

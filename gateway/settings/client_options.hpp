@@ -8,11 +8,11 @@ namespace millrace::gateway::settings {
 
 inline cnc::ads::ClientOptions client_options(const MachineSettings& settings) {
   cnc::ads::ClientOptions options;
-  options.host = settings.host;
-  options.tcp_port = settings.tcp_port;
-  options.target = settings.net_id;
-  options.source.net_id = settings.source;
-  options.security = settings.security;
+  options.host = settings.controller.host;
+  options.tcp_port = settings.controller.tcp_port;
+  options.target = settings.controller.net_id;
+  options.source.net_id = settings.controller.source;
+  options.security = settings.controller.security;
   return options;
 }
 

@@ -24,14 +24,14 @@ data::DataSettings read_data(const config::Machine& from, const ConfigPath& path
   data::DataSettings to;
   to.requests_per_second = from.data_requests_per_second();
   for (int i = 0; i < from.data_size(); ++i) {
-    const config::Data& one = from.data(i);
-    expect_served(from, one.channel(), path / ConfigStep{"data", i} / "channel", mistakes);
-    to.groups.push_back({.name = one.name(),
-                         .channel = static_cast<std::uint16_t>(one.channel()),
-                         .names = {one.variable().begin(), one.variable().end()},
-                         .period = std::chrono::milliseconds(one.period_ms()),
-                         .deadband = one.deadband(),
-                         .always = one.always()});
+    const config::Data& group = from.data(i);
+    expect_served(from, group.channel(), path / ConfigStep{"data", i} / "channel", mistakes);
+    to.groups.push_back({.name = group.name(),
+                         .channel = static_cast<std::uint16_t>(group.channel()),
+                         .names = {group.variable().begin(), group.variable().end()},
+                         .period = std::chrono::milliseconds(group.period_ms()),
+                         .deadband = group.deadband(),
+                         .always = group.always()});
   }
   return to;
 }
@@ -40,13 +40,13 @@ std::vector<programs::ProgramSettings> read_programs(const config::Machine& from
                                                      const ConfigPath& path, Mistakes& mistakes) {
   std::vector<programs::ProgramSettings> all;
   for (int i = 0; i < from.programs_size(); ++i) {
-    const config::Programs& one = from.programs(i);
-    expect_served(from, one.channel(), path / ConfigStep{"programs", i} / "channel", mistakes);
-    all.push_back({.channel = static_cast<std::uint16_t>(one.channel()),
-                   .period = std::chrono::milliseconds(one.period_ms()),
-                   .name = one.name(),
-                   .error = one.error(),
-                   .counter = one.counter()});
+    const config::Programs& programs = from.programs(i);
+    expect_served(from, programs.channel(), path / ConfigStep{"programs", i} / "channel", mistakes);
+    all.push_back({.channel = static_cast<std::uint16_t>(programs.channel()),
+                   .period = std::chrono::milliseconds(programs.period_ms()),
+                   .name = programs.name(),
+                   .error = programs.error(),
+                   .counter = programs.counter()});
   }
   return all;
 }
@@ -56,16 +56,17 @@ variables::VariableSettings read_variables(const config::Machine& from, const Co
   variables::VariableSettings to;
   to.requests_per_second = from.variable_requests_per_second();
   for (int i = 0; i < from.variables_size(); ++i) {
-    const config::Variables& one = from.variables(i);
+    const config::Variables& variables = from.variables(i);
     const ConfigPath place = path / ConfigStep{"variables", i};
-    const std::vector<std::uint16_t> channels(one.channel().begin(), one.channel().end());
-    for (int c = 0; c < one.channel_size(); ++c) {
-      expect_served(from, one.channel(c), place / ConfigStep{"channel", c}, mistakes);
+    const std::vector<std::uint16_t> channels(variables.channel().begin(),
+                                              variables.channel().end());
+    for (int c = 0; c < variables.channel_size(); ++c) {
+      expect_served(from, variables.channel(c), place / ConfigStep{"channel", c}, mistakes);
     }
-    for (int w = 0; w < one.write_size(); ++w) {
-      const std::string wrong = variables::wrong_pattern(one.write(w));
+    for (int w = 0; w < variables.write_size(); ++w) {
+      const std::string wrong = variables::wrong_pattern(variables.write(w));
       mistakes.expect(wrong.empty(), place / ConfigStep{"write", w}, wrong);
-      to.writable.push_back({one.write(w), channels});
+      to.writable.push_back({variables.write(w), channels});
     }
   }
   return to;

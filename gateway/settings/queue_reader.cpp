@@ -13,25 +13,25 @@ std::vector<queues::QueueSettings> read_queues(const config::Machine& from, cons
                                                Mistakes& mistakes) {
   std::vector<queues::QueueSettings> all;
   for (int i = 0; i < from.queue_size(); ++i) {
-    const config::Queue& one = from.queue(i);
+    const config::Queue& queue = from.queue(i);
     const ConfigPath place = path / ConfigStep{"queue", i};
     mistakes.expect(
-        fabric::queue_owner(from.name(), one.name()).size() <= fabric::longest_machine_name,
+        fabric::queue_owner(from.name(), queue.name()).size() <= fabric::longest_machine_name,
         place / "name",
         fmt::format("\"{}\"; expected at most {} characters together with the machine's name",
-                    one.name(), fabric::longest_machine_name - 1));
-    expect_served(from, one.channel(), place / "channel", mistakes);
-    all.push_back({.name = one.name(),
-                   .channel = static_cast<std::uint16_t>(one.channel()),
-                   .array = one.array().empty() ? "SD." + one.name() : one.array(),
-                   .control = one.control(),
-                   .uuid = one.uuid(),
-                   .acknowledge = one.drain() == config::Queue::WHEN_ANSWERED
+                    queue.name(), fabric::longest_machine_name - 1));
+    expect_served(from, queue.channel(), place / "channel", mistakes);
+    all.push_back({.name = queue.name(),
+                   .channel = static_cast<std::uint16_t>(queue.channel()),
+                   .array = queue.array().empty() ? "SD." + queue.name() : queue.array(),
+                   .control = queue.control(),
+                   .uuid = queue.uuid(),
+                   .acknowledge = queue.drain() == config::Queue::WHEN_ANSWERED
                                       ? queues::Acknowledge::when_answered
                                       : queues::Acknowledge::when_journalled,
-                   .period = std::chrono::milliseconds(one.period_ms()),
-                   .backlog = one.backlog(),
-                   .events = one.events()});
+                   .period = std::chrono::milliseconds(queue.period_ms()),
+                   .backlog = queue.backlog(),
+                   .events = queue.events()});
   }
   return all;
 }

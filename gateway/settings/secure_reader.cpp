@@ -26,12 +26,12 @@ class Files {
   std::string read(const std::string& named, const ConfigPath& path, Secrecy secrecy) {
     const fs::path file = mistakes_.take(base::configuration::place_of(named, folder_), path);
     auto text = base::posix::read_guarded(file, secrecy);
-    mistakes_.expect(text.has_value(), path, text ? "" : told(file, text.error()));
+    mistakes_.expect(text.has_value(), path, text ? "" : describe(file, text.error()));
     return text.value_or("");
   }
 
  private:
-  static std::string told(const fs::path& file, const base::posix::FileFault& fault) {
+  static std::string describe(const fs::path& file, const base::posix::FileFault& fault) {
     return fmt::format("{} {}{}{}", file.string(), fault.what, fault.advice.empty() ? "" : ": ",
                        fault.advice);
   }

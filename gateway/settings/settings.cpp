@@ -32,15 +32,15 @@ class Reader {
   MachineSettings machine(const config::Machine& from, const ConfigPath& path) {
     MachineSettings to;
     to.name = from.name();
-    to.host = from.host();
-    const std::uint32_t usual = from.has_secure() ? cnc::ads::secure_port : to.tcp_port;
-    to.tcp_port = static_cast<std::uint16_t>(from.has_port() ? from.port() : usual);
-    to.net_id = net_id(from.net_id(), path / "net_id");
-    to.source = net_id(from.source_net_id(), path / "source_net_id");
-    to.security = read_security(from, folder_, path, mistakes_);
+    const std::uint32_t usual = from.has_secure() ? cnc::ads::secure_port : to.controller.tcp_port;
+    to.controller = {.host = from.host(),
+                     .tcp_port = static_cast<std::uint16_t>(from.has_port() ? from.port() : usual),
+                     .net_id = net_id(from.net_id(), path / "net_id"),
+                     .source = net_id(from.source_net_id(), path / "source_net_id"),
+                     .security = read_security(from, folder_, path, mistakes_)};
     to.channels.assign(from.channel().begin(), from.channel().end());
     const config::Poll& poll = from.poll();
-    to.intervals.after_answer = std::chrono::milliseconds(poll.active_ms());
+    to.intervals.active = std::chrono::milliseconds(poll.active_ms());
     to.intervals.idle = std::chrono::milliseconds(poll.idle_ms());
     to.intervals.kernel_clears_request_state = from.kernel_clears_request_state();
     to.watch = subscription_mode_of(from.watch());
@@ -48,14 +48,14 @@ class Reader {
     to.data = read_data(from, path, mistakes_);
     to.programs = read_programs(from, path, mistakes_);
     to.variables = read_variables(from, path, mistakes_);
-    to.variables.cycle = to.intervals.after_answer;
+    to.variables.cycle = to.intervals.active;
     to.queues = read_queues(from, path, mistakes_);
     return to;
   }
 
   Policy policy(const config::Policy& from, const ConfigPath& path) {
-    const auto rule = [&](bool is_there, const config::Rule& one, const std::string& name) {
-      return is_there ? std::optional(this->rule(one, path / name)) : std::nullopt;
+    const auto rule = [&](bool is_there, const config::Rule& read, const std::string& name) {
+      return is_there ? std::optional(this->rule(read, path / name)) : std::nullopt;
     };
     Policy to;
     to.unserved = rule(from.has_unserved(), from.unserved(), "unserved");
@@ -247,13 +247,14 @@ std::string MachineSettings::to_string() const {
 }
 
 std::string MachineSettings::address() const {
-  return fmt::format("{}:{}, {}{}", host, tcp_port, net_id.to_string(),
-                     security ? ", Secure ADS" : "");
+  return fmt::format("{}:{}, {}{}", controller.host, controller.tcp_port,
+                     controller.net_id.to_string(), controller.security ? ", Secure ADS" : "");
 }
 
 bool MachineSettings::is_open_to_the_network() const {
+  const std::string& host = controller.host;
   const bool this_host = host == "localhost" || host == "::1" || host.starts_with("127.");
-  return !security && !this_host;
+  return !controller.security && !this_host;
 }
 
 std::string wrong_name(const std::string& name) {
@@ -305,13 +306,13 @@ MachineSettings parse_machine(const std::string& text) {
   std::string host =
       text.substr(equals + 1, slash == std::string::npos ? std::string::npos : slash - equals - 1);
   if (const std::size_t colon = host.rfind(':'); colon != std::string::npos) {
-    machine.tcp_port = port_of(host.substr(colon + 1), text);
+    machine.controller.tcp_port = port_of(host.substr(colon + 1), text);
     host.resize(colon);
   }
   if (host.empty()) {
     throw UsageError(fmt::format("--machine {}: the host is missing", text));
   }
-  machine.host = host;
+  machine.controller.host = host;
   const std::string net_id = slash == std::string::npos ? host + ".1.1" : text.substr(slash + 1);
   const auto id = NetId::parse(net_id);
   if (!id) {
@@ -320,27 +321,8 @@ MachineSettings parse_machine(const std::string& text) {
                     "10.0.0.5.1.1",
                     text, net_id));
   }
-  machine.net_id = *id;
+  machine.controller.net_id = *id;
   return machine;
-}
-
-std::map<std::string, std::vector<queues::QueueSettings>> queues_of(
-    const std::vector<MachineSettings>& machines) {
-  std::map<std::string, std::vector<queues::QueueSettings>> queues;
-  for (const MachineSettings& machine : machines) {
-    if (!machine.queues.empty()) {
-      queues[machine.name] = machine.queues;
-    }
-  }
-  return queues;
-}
-
-std::map<std::string, ReadIntervals> intervals_of(const std::vector<MachineSettings>& machines) {
-  std::map<std::string, ReadIntervals> paces;
-  for (const MachineSettings& machine : machines) {
-    paces[machine.name] = machine.intervals;
-  }
-  return paces;
 }
 
 void check_names(const std::vector<MachineSettings>& machines) {

@@ -28,15 +28,21 @@ namespace millrace::gateway::settings {
 /// controller calls its variables among its symbols, if it does, is not documented: our choice.
 inline constexpr const char* default_symbol = "CH[{channel}].{variable}";
 
-/// One controller. The defaults are those of millrace-cnc, the virtual CNC, on this host.
-struct MachineSettings {
-  std::string name = "cnc";
+/// Where a controller is. The defaults are those of millrace-cnc, the virtual CNC, on this host.
+struct ControllerAddress {
   std::string host = "127.0.0.1";
   std::uint16_t tcp_port = 48898;
   cnc::ads::NetId net_id{{127, 0, 0, 1, 1, 1}};
   cnc::ads::NetId source{{127, 0, 0, 1, 2, 1}};
   /// Secure ADS; otherwise plain ADS.
   std::optional<cnc::ads::Security> security{};
+  bool operator==(const ControllerAddress&) const = default;
+};
+
+/// One machine, and how its controller is read.
+struct MachineSettings {
+  std::string name = "cnc";
+  ControllerAddress controller{};
   /// Empty = all that the controller has.
   std::vector<std::uint16_t> channels{};
   ReadIntervals intervals{};
@@ -94,13 +100,6 @@ Settings parse_settings(const std::string& text, const std::filesystem::path& fi
 /// "NAME=HOST:PORT/NETID"; ":PORT" may be left out, "/NETID" for an IPv4 address (then ".1.1" is
 /// added to it). Throws base::program::UsageError.
 MachineSettings parse_machine(const std::string& text);
-
-/// By machine.
-std::map<std::string, ReadIntervals> intervals_of(const std::vector<MachineSettings>& machines);
-
-/// The message queues of each machine that has some.
-std::map<std::string, std::vector<queues::QueueSettings>> queues_of(
-    const std::vector<MachineSettings>& machines);
 
 /// Throws base::program::UsageError if two machines have one name.
 void check_names(const std::vector<MachineSettings>& machines);

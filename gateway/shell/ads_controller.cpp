@@ -60,7 +60,7 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
         log(std::move(the_log)),
         client(executor, client_options(settings)),
         interfaces(executor, settings.name, client, events),
-        subscriptions(client, settings.symbol, [this](auto&&... what) { tell(what...); }),
+        subscriptions(client, settings.symbol, [this](auto&&... what) { report(what...); }),
         timer(executor),
         back_off(std::random_device{}()) {}
 
@@ -205,7 +205,7 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
       }
       const auto outcomes = co_await self->subscriptions.subscribe(job.channels);
       if (!self->stopped && job.connection == self->connections && self->client.up()) {
-        self->tell(outcomes);
+        self->report(outcomes);
       }
     }
     self->working = false;
@@ -237,15 +237,15 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
 
   static asio::awaitable<void> watch(std::shared_ptr<Impl> self, fabric::ChannelKey key,
                                      std::shared_ptr<AdsMessageQueue> queue) {
-    std::function<void()> told = [weak = std::weak_ptr(self), key, of = std::weak_ptr(queue)] {
+    std::function<void()> on_event = [weak = std::weak_ptr(self), key, of = std::weak_ptr(queue)] {
       if (const auto link = weak.lock(); link && link->is_open(key, of.lock())) {
         link->events.on_queue_event(key);
       }
     };
-    co_await queue->watch(std::move(told));
+    co_await queue->watch(std::move(on_event));
   }
 
-  void tell(const std::vector<cnc::variables::SubscriptionOutcome>& outcomes) {
+  void report(const std::vector<cnc::variables::SubscriptionOutcome>& outcomes) {
     std::vector<machines::SubscribeOutcome> all;
     all.reserve(outcomes.size());
     for (const auto& outcome : outcomes) {
@@ -254,7 +254,7 @@ struct AdsController::Impl : std::enable_shared_from_this<Impl> {
     events.on_subscribed(settings.name, all);
   }
 
-  void tell(std::uint16_t channel, Variable variable, std::optional<std::uint32_t> value) {
+  void report(std::uint16_t channel, Variable variable, std::optional<std::uint32_t> value) {
     if (!stopped) {
       events.on_notification({settings.name, channel}, variable, value);
     }

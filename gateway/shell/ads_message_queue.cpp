@@ -219,7 +219,7 @@ asio::awaitable<queues::StepAnswer> AdsMessageQueue::ask(queues::Step step) {
   co_return co_await write_last_get(element);
 }
 
-asio::awaitable<bool> AdsMessageQueue::watch(std::function<void()> told) {
+asio::awaitable<bool> AdsMessageQueue::watch(std::function<void()> on_event) {
   if (!layout_) {
     co_return false;
   }
@@ -227,9 +227,9 @@ asio::awaitable<bool> AdsMessageQueue::watch(std::function<void()> told) {
   std::vector<cnc::ads::AddNotificationRequest> wanted;
   wanted.push_back(
       {layout_->control.index, layout_->control.size, cnc::ads::Transmission::on_change, 0, cycle});
-  cnc::ads::NotificationHandler tell = [told = std::move(told)](std::size_t /*item*/,
-                                                                BytesView /*value*/) { told(); };
-  const auto granted = co_await client_.subscribe(port, std::move(wanted), std::move(tell));
+  cnc::ads::NotificationHandler handler =
+      [on_event = std::move(on_event)](std::size_t /*item*/, BytesView /*value*/) { on_event(); };
+  const auto granted = co_await client_.subscribe(port, std::move(wanted), std::move(handler));
   co_return !granted.empty() && granted.front().has_value();
 }
 

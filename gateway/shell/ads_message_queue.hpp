@@ -34,9 +34,9 @@ class AdsMessageQueue {
       : client_(client), settings_(std::move(settings)) {}
 
   boost::asio::awaitable<queues::StepAnswer> ask(queues::Step step);
-  /// Requests notifications of the control structure; `told` may be called late, for nothing, or
-  /// never. False if the controller refuses: the queue is polled in any case.
-  boost::asio::awaitable<bool> watch(std::function<void()> told);
+  /// Requests notifications of the control structure; `on_event` may be called late, for nothing,
+  /// or never. False if the controller refuses: the queue is polled in any case.
+  boost::asio::awaitable<bool> watch(std::function<void()> on_event);
 
  private:
   /// Index group, index offset and size of a variable.

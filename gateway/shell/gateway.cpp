@@ -11,7 +11,6 @@
 #include "base/program/version.hpp"
 #include "fabric/channel_scope.hpp"
 #include "fabric/dds/made_id.hpp"
-#include "gateway/shell/certificate_alarms.hpp"
 
 namespace millrace::gateway::shell {
 
@@ -19,11 +18,14 @@ namespace {
 
 namespace asio = boost::asio;
 
-core::GatewayIdentity identity_of(const journal::Journal& journal,
-                                  const fabric::dds::Participant& participant) {
-  return {fabric::dds::make_id(participant), base::posix::host_name(),
-          static_cast<std::uint32_t>(::getpid()), base::program::version(),
-          journal.state().numbers().epoch};
+/// Then `act`, unless the gateway has ended.
+template <typename Act>
+void wait(asio::steady_timer& timer, Act act) {
+  timer.async_wait([act](boost::system::error_code error) {
+    if (!error) {
+      act();
+    }
+  });
 }
 
 constexpr const char* kind_of_configuration = "configuration";
@@ -41,29 +43,32 @@ std::unique_ptr<journal::Journal> open_journal(const asio::any_io_executor& exec
 
 }  // namespace
 
+Gateway::Endpoints::Endpoints(const asio::any_io_executor& executor,
+                              const settings::Settings& settings, const journal::Journal& journal,
+                              Gateway& gateway)
+    : participant(settings.join),
+      own{fabric::dds::make_id(participant), base::posix::host_name(),
+          static_cast<std::uint32_t>(::getpid()), base::program::version(),
+          journal.state().numbers().epoch},
+      calls(participant, executor, gateway),
+      commands(participant, executor, gateway),
+      alarms(
+          participant, executor,
+          {.key = {.responder = own.id}, .program = "gateway", .host = own.host, .pid = own.pid}),
+      gateways(participant, executor, gateway) {}
+
 Gateway::Gateway(const asio::any_io_executor& executor, SpinAfterPublish& spin,
                  const settings::Settings& settings, base::program::Log log)
-    : executor_(executor),
-      spin_(spin),
+    : spin_(spin),
       log_(std::move(log)),
       settings_(settings),
       journal_(open_journal(executor, settings, log_)),
-      timer_(executor, [this] { core_.on_time(); }),
-      heartbeat_timer_(executor),
-      load_timer_(executor),
-      certificate_timer_(executor),
-      participant_(settings.join),
-      own_(identity_of(*journal_, participant_)),
-      call_endpoint_(participant_, executor, *this),
-      command_endpoint_(participant_, executor, *this),
-      alarms_(participant_, executor,
-              {.key = {.responder = own_.id},
-               .program = "gateway",
-               .host = own_.host,
-               .pid = own_.pid}),
-      gateway_monitor_(participant_, executor, *this),
+      timers_{WakeTimer(executor, [this] { core_.on_time(); }), asio::steady_timer(executor),
+              asio::steady_timer(executor), asio::steady_timer(executor)},
+      fabric_(executor, settings, *journal_, *this),
+      alarms_(fabric_.alarms, log_),
       core_(*this, *this,
-            {.own = own_,
+            {.own = fabric_.own,
              .lease = settings.join.lease,
              .machines = settings.machines,
              .policies = settings.policies,
@@ -71,7 +76,7 @@ Gateway::Gateway(const asio::any_io_executor& executor, SpinAfterPublish& spin,
                  settings.no_journal ? fabric::JournalState::none : fabric::JournalState::kept},
             journal_->state()),
       variables_(
-          participant_, executor,
+          fabric_.participant, executor,
           [this](const auto& request) { core_.on_variable_request(request); },
           [this](const std::string& reason) { on_ignored(reason); }) {
   core_.set_readers({.events = false, .statuses = false, .min_level = min_level_of(log_)});
@@ -81,83 +86,46 @@ Gateway::Gateway(const asio::any_io_executor& executor, SpinAfterPublish& spin,
 
 void Gateway::publish_certificates() {
   constexpr std::chrono::hours between_checks{1};
-  std::map<std::string, fabric::Alarm> said = std::exchange(certificates_published_, {});
-  for (fabric::Alarm& alarm : certificate_alarms(
-           settings_.machines, std::chrono::floor<std::chrono::seconds>(now().wall))) {
-    const auto before = said.extract(alarm.key.subject);
-    const bool is_new = before.empty() || before.mapped().level != alarm.level;
-    if (is_new && alarm.level != fabric::AlarmLevel::fine) {
-      log_->warn("{}: {}", alarm.text, alarm.advice);
-    }
-    // An alarm that cannot be written now is repeated with all others.
-    static_cast<void>(alarms_.raise(alarm));
-    certificates_published_.insert_or_assign(alarm.key.subject, std::move(alarm));
-  }
-  for (const auto& [subject, gone] : said) {
-    static_cast<void>(alarms_.clear(gone.key.kind, subject));
-  }
-  certificate_timer_.expires_after(between_checks);
-  certificate_timer_.async_wait([this](boost::system::error_code error) {
-    if (!error) {
-      publish_certificates();
-    }
-  });
+  alarms_.publish_certificates(settings_.machines, now());
+  timers_.certificates.expires_after(between_checks);
+  wait(timers_.certificates, [this] { publish_certificates(); });
 }
 
 void Gateway::heartbeat() {
   const SteadyTime next = core_.heartbeat();
-  call_endpoint_.assert_machines();
-  heartbeat_timer_.expires_at(next);
-  heartbeat_timer_.async_wait([this](boost::system::error_code error) {
-    if (!error) {
-      heartbeat();
-    }
-  });
+  fabric_.calls.assert_machines();
+  timers_.heartbeat.expires_at(next);
+  wait(timers_.heartbeat, [this] { heartbeat(); });
 }
 
 void Gateway::publish_load() {
   constexpr std::chrono::seconds period{1};
-  load_timer_.expires_after(period);
-  load_timer_.async_wait([this](boost::system::error_code error) {
-    if (!error) {
-      core_.publish_load();
-      log_left_out();
-      log_calls();
-      for (const std::string& uuid : lost_services_.on_time(now())) {
-        static_cast<void>(alarms_.clear("service", uuid));
-      }
-      for (const std::string& uuid : error_series_.on_time(now().steady)) {
-        static_cast<void>(alarms_.clear("errors", uuid));
-      }
-      publish_load();
+  timers_.load.expires_after(period);
+  wait(timers_.load, [this] {
+    core_.publish_load();
+    for (const std::string& line : log_limiter_.due(now().steady)) {
+      log_->warn("{}", line);
     }
+    alarms_.on_time(now());
+    log_calls();
+    publish_load();
   });
 }
 
 void Gateway::log_calls() {
   constexpr std::chrono::seconds period{60};
-  if (now().steady - calls_logged_at_ < period) {
+  if (now().steady - logged_calls_.at < period) {
     return;
   }
-  calls_logged_at_ = now().steady;
   const core::CallCounts counts = core_.counts();
-  const core::CallCounts before = std::exchange(calls_logged_, counts);
+  const core::CallCounts before =
+      std::exchange(logged_calls_, {.counts = counts, .at = now().steady}).counts;
   const std::uint64_t answered = counts.answered - before.answered;
   const std::uint64_t withdrawn = counts.withdrawn - before.withdrawn;
   if (answered + withdrawn > 0) {
     log_->info("{} {} answered in {} s, {} with an error; {} withdrawn", answered,
                answered == 1 ? "call" : "calls", period.count(), counts.failed - before.failed,
                withdrawn);
-  }
-}
-
-void Gateway::log_left_out() {
-  for (const std::string& line : log_limiter_.due(now().steady)) {
-    log_->warn("{}", line);
-  }
-  if (const auto left_out = instance_lines_.due(now().steady)) {
-    log_->warn("{} more changes of instances in {} s were not logged one by one", *left_out,
-               instance_lines_.window().count());
   }
 }
 
@@ -174,10 +142,10 @@ void Gateway::start() {
   if (settings_.no_journal) {
     // An alarm that cannot be written now is repeated with all others.
     static_cast<void>(
-        alarms_.raise({.key = {.kind = "no_journal"},
-                       .level = fabric::AlarmLevel::warning,
-                       .text = base::messages::no_journal(base::messages::without_journal()),
-                       .advice = base::messages::start_with_journal()}));
+        fabric_.alarms.raise({.key = {.kind = "no_journal"},
+                              .level = fabric::AlarmLevel::warning,
+                              .text = base::messages::no_journal(base::messages::without_journal()),
+                              .advice = base::messages::start_with_journal()}));
   }
   warn_of_queues();
   heartbeat();
@@ -216,13 +184,13 @@ void Gateway::change(const settings::Settings& settings) {
   settings_.machines = settings.machines;
   settings_.policies = settings.policies;
   core_.change(settings_.machines, settings_.policies);
-  static_cast<void>(alarms_.clear(kind_of_configuration, ""));
+  static_cast<void>(fabric_.alarms.clear(kind_of_configuration, ""));
   publish_certificates();
 }
 
 void Gateway::refuse(const std::string& file, const std::string& why) {
   // An alarm that cannot be written now is repeated with all others.
-  static_cast<void>(alarms_.raise(
+  static_cast<void>(fabric_.alarms.raise(
       {.key = {.kind = kind_of_configuration},
        .level = fabric::AlarmLevel::problem,
        .text = fmt::format("the changed configuration is not in use: {}", why),

@@ -8,7 +8,6 @@
 #pragma once
 
 #include <functional>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -27,9 +26,9 @@
 #include "fabric/endpoints/variable_endpoints.hpp"
 #include "fabric/log_limiter.hpp"
 #include "gateway/core/core.hpp"
-#include "gateway/core/service_faults.hpp"
 #include "gateway/journal/journal.hpp"
 #include "gateway/settings/settings.hpp"
+#include "gateway/shell/alarms.hpp"
 #include "gateway/shell/command_history.hpp"
 #include "gateway/shell/spin_after_publish.hpp"
 #include "gateway/shell/wake_timer.hpp"
@@ -67,15 +66,9 @@ class Gateway final : fabric::endpoints::CallEndpointListener,
  private:
   void heartbeat();
   void publish_load();
-  /// Logs the counts of suppressed warnings.
-  void log_left_out();
   void log_calls();
   /// Publishes the alarms of certificates for Secure ADS, now and as they near their expiry.
   void publish_certificates();
-  void alarm_service(const fabric::InstanceIdentity& there);
-  void notice_lost(const core::LostService& lost);
-  /// Raises or clears the alarm about a service whose responses are errors.
-  void note_response(const fabric::Reply& reply);
   void warn_of_queues();
 
   // Fabric; gateway_ports.cpp.
@@ -124,35 +117,44 @@ class Gateway final : fabric::endpoints::CallEndpointListener,
   core::CommandResult execute(const fabric::Command& command);
   fabric::endpoints::DataEndpoint& data_endpoint();
 
-  boost::asio::any_io_executor executor_;
+  struct Timers {
+    WakeTimer wake;
+    boost::asio::steady_timer heartbeat;
+    boost::asio::steady_timer load;
+    boost::asio::steady_timer certificates;
+  };
+  /// What the gateway has on the fabric.
+  struct Endpoints {
+    Endpoints(const boost::asio::any_io_executor& executor, const settings::Settings& settings,
+              const journal::Journal& journal, Gateway& gateway);
+
+    fabric::dds::Participant participant;
+    core::GatewayIdentity own;
+    fabric::endpoints::CallEndpoint calls;
+    fabric::endpoints::CommandEndpoint commands;
+    CommandHistory command_history{};
+    fabric::endpoints::AlarmEndpoint alarms;
+    fabric::endpoints::GatewayMonitor gateways;
+    /// Created with the first sample: until then these writers do not exist on the fabric.
+    std::optional<fabric::endpoints::DataEndpoint> data{};
+  };
+  /// The calls as of the last log line, once a minute.
+  struct LoggedCalls {
+    core::CallCounts counts{};
+    SteadyTime at = std::chrono::steady_clock::now();
+  };
+
   SpinAfterPublish& spin_;
   base::program::Log log_;
   settings::Settings settings_;
   std::unique_ptr<journal::Journal> journal_;
-  core::LostServices lost_services_;
-  core::ErrorSeries error_series_;
-  WakeTimer timer_;
+  Timers timers_;
   std::function<void()> finished_;
-  boost::asio::steady_timer heartbeat_timer_;
-  boost::asio::steady_timer load_timer_;
-  boost::asio::steady_timer certificate_timer_;
-  /// The last published alarm of each, by its subject.
-  std::map<std::string, fabric::Alarm> certificates_published_;
-  /// The calls as of the last log line, once a minute.
-  core::CallCounts calls_logged_;
-  SteadyTime calls_logged_at_ = std::chrono::steady_clock::now();
-  fabric::dds::Participant participant_;
-  core::GatewayIdentity own_;
-  fabric::endpoints::CallEndpoint call_endpoint_;
-  fabric::endpoints::CommandEndpoint command_endpoint_;
-  fabric::endpoints::AlarmEndpoint alarms_;
-  CommandHistory command_history_;
+  LoggedCalls logged_calls_;
   /// A warning that a stranger can cause ten thousand times a second is limited.
   fabric::LogLimiter log_limiter_;
-  fabric::Throttle instance_lines_{1000, std::chrono::seconds(10)};
-  fabric::endpoints::GatewayMonitor gateway_monitor_;
-  /// Created with the first sample: until then these writers do not exist on the fabric.
-  std::optional<fabric::endpoints::DataEndpoint> data_;
+  Endpoints fabric_;
+  GatewayAlarms alarms_;
   core::Core core_;
   /// Last, so that no request reaches a core that is half built or half destroyed.
   fabric::endpoints::VariableReplyEndpoint variables_;

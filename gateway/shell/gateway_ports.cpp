@@ -31,7 +31,7 @@ Level min_level_of(const base::program::Log& log) {
 }
 
 void Gateway::publish(const fabric::Request& request) {
-  if (const auto published = call_endpoint_.publish(request); !published) {
+  if (const auto published = fabric_.calls.publish(request); !published) {
     log_->error("{}: call {} cannot be dispatched: {}", request.key.to_string(),
                 request.call.to_string(), published.error());
   }
@@ -39,23 +39,23 @@ void Gateway::publish(const fabric::Request& request) {
 }
 
 void Gateway::publish(const fabric::Event& event) {
-  if (const auto published = call_endpoint_.publish(event); !published) {
+  if (const auto published = fabric_.calls.publish(event); !published) {
     log_->debug("{}: an event is lost: {}", event.key.to_string(), published.error());
   }
 }
 
 void Gateway::publish(const fabric::ChannelStatus& status) {
-  call_endpoint_.publish(status);
+  fabric_.calls.publish(status);
 }
 
 void Gateway::publish(const fabric::MachineStatus& status) {
-  if (const auto published = call_endpoint_.publish(status); !published) {
+  if (const auto published = fabric_.calls.publish(status); !published) {
     log_->debug("{}: a status is lost: {}", status.machine, published.error());
   }
 }
 
 fabric::endpoints::DataEndpoint& Gateway::data_endpoint() {
-  return data_ ? *data_ : data_.emplace(participant_);
+  return fabric_.data ? *fabric_.data : fabric_.data.emplace(fabric_.participant);
 }
 
 void Gateway::publish(const fabric::DataSample& sample) {
@@ -79,21 +79,21 @@ void Gateway::publish(const fabric::InstanceId& requester, const fabric::Variabl
 }
 
 void Gateway::publish(const fabric::Outcome& outcome) {
-  if (const auto published = command_endpoint_.publish(outcome); !published) {
+  if (const auto published = fabric_.commands.publish(outcome); !published) {
     log_->warn("the outcome of a command cannot be published: {}", published.error());
   }
 }
 
 void Gateway::dispose(const fabric::RequestKey& request) {
-  call_endpoint_.withdraw(request);
+  fabric_.calls.withdraw(request);
 }
 
 void Gateway::dispose(const fabric::ChannelKey& status) {
-  call_endpoint_.unregister(status);
+  fabric_.calls.unregister(status);
 }
 
 void Gateway::dispose(const fabric::MachineStatus& status) {
-  call_endpoint_.unregister(status);
+  fabric_.calls.unregister(status);
 }
 
 void Gateway::dispose(const fabric::DataSample& sample) {
@@ -101,7 +101,7 @@ void Gateway::dispose(const fabric::DataSample& sample) {
 }
 
 void Gateway::subscribe_channels() {
-  gateway_monitor_.subscribe_channels();
+  fabric_.gateways.subscribe_channels();
 }
 
 Moment Gateway::now() const {
@@ -110,11 +110,11 @@ Moment Gateway::now() const {
 }
 
 void Gateway::wake_at(std::optional<SteadyTime> time) {
-  timer_.set(time);
+  timers_.wake.set(time);
 }
 
 std::unique_ptr<machines::Controller> Gateway::connect(const settings::MachineSettings& machine) {
-  auto link = std::make_unique<AdsController>(executor_, machine, core_, log_);
+  auto link = std::make_unique<AdsController>(timers_.load.get_executor(), machine, core_, log_);
   link->start();
   return link;
 }
@@ -129,13 +129,13 @@ void Gateway::log(Level level, const std::string& text) {
 
 void Gateway::set_alarm(const fabric::AlarmKey& key, const fabric::Message& text,
                         const fabric::Message& advice) {
-  const auto told =
+  const auto published =
       text.empty()
-          ? alarms_.clear(key.kind, key.subject)
-          : alarms_.raise(
+          ? fabric_.alarms.clear(key.kind, key.subject)
+          : fabric_.alarms.raise(
                 {.key = key, .level = fabric::AlarmLevel::problem, .text = text, .advice = advice});
-  if (!told) {
-    log_->warn("the alarm cannot be published and is only in this log: {}", told.error());
+  if (!published) {
+    log_->warn("the alarm cannot be published and is only in this log: {}", published.error());
   }
 }
 
@@ -143,7 +143,7 @@ void Gateway::may_end(bool half_written) {
   if (half_written) {
     log_->warn("ending in the middle of a response; the journal completes it after a restart");
   }
-  boost::asio::post(executor_, [this, then = std::exchange(finished_, {})] {
+  boost::asio::post(timers_.load.get_executor(), [this, then = std::exchange(finished_, {})] {
     core_.end();
     then();
   });

@@ -1,8 +1,8 @@
 // What is known about the requested variables: how each is read, and its last value. Pure.
 //
-//   VariableCacheEntry& one = cache.of(1, "V.E.LIMIT");
-//   cache.on_resolved(one, found, now);
-//   cache.on_read(one, bytes, now);            // one.result.value is good, one.at is now
+//   VariableCacheEntry& entry = cache.of(1, "V.E.LIMIT");
+//   cache.on_resolved(entry, found, now);
+//   cache.on_read(entry, bytes, now);            // entry.result.value is good, entry.at is now
 #pragma once
 
 #include <cstdint>
@@ -37,8 +37,8 @@ struct VariableCacheEntry {
   SteadyTime at = SteadyTime::min();
   /// Number of requests that need it; it is kept while there are any.
   std::uint32_t users = 0;
-  /// The number of the step that includes it.
-  std::uint64_t step = 0;
+  /// The step that is being put together includes it.
+  bool in_batch = false;
 };
 
 class VariableCache {
@@ -49,10 +49,10 @@ class VariableCache {
   /// Its address stays the same while it has users.
   VariableCacheEntry& of(std::uint16_t channel, const std::string& name);
 
-  static void on_resolved(VariableCacheEntry& one, const Found& found, Moment now);
+  static void on_resolved(VariableCacheEntry& entry, const Found& found, Moment now);
   /// A refusal of what was read before is not an answer: its handle may be another by now, and it
   /// is resolved again.
-  static void on_read(VariableCacheEntry& one, const Answered& answer, Moment now);
+  static void on_read(VariableCacheEntry& entry, const Answered& answer, Moment now);
 
   /// All values may have changed.
   void forget_values();

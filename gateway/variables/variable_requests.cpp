@@ -32,8 +32,7 @@ std::chrono::nanoseconds patience_of(const VariableRequest& request) {
 VariableRequests::VariableRequests(std::string machine, VariableSettings settings)
     : machine_(std::move(machine)),
       settings_(std::move(settings)),
-      rate_limit_(settings_.requests_per_second),
-      refusals_(refusals_reported) {}
+      rate_limit_(settings_.requests_per_second) {}
 
 void VariableRequests::change(const VariableSettings& settings) {
   if (settings.requests_per_second != settings_.requests_per_second) {
@@ -43,32 +42,32 @@ void VariableRequests::change(const VariableSettings& settings) {
 }
 
 void VariableRequests::on_up(const std::vector<std::uint16_t>& channels, Moment now) {
-  up_ = true;
+  down_reason_.reset();
   for (const std::uint16_t channel : channels) {
     served_.try_emplace(channel, now.steady);
   }
 }
 
 void VariableRequests::on_down(const fabric::Message& reason, Moment now) {
-  up_ = false;
   down_reason_ = reason;
   for (auto& [number, open] : requests_) {
-    const std::string written = progress_of(open, request_under_way_ == number);
+    const std::string written = progress_of(open, pending_ == PendingStep(number));
     if (written.empty()) {
-      refuse(open.request, fmt::format("the link to {} is down: {}", machine_, reason), now);
+      replies_.refuse(open.request, fmt::format("the link to {} is down: {}", machine_, reason),
+                      now);
       continue;
     }
     const std::string why =
         fmt::format("{}. The link to {} is down: {}", written, machine_, reason);
     if (open.phase == Phase::writing) {
-      report_write(open.request, false, why, now);
+      replies_.report_write(open.request, false, why, now);
     }
-    refuse(open.request, why, now);
+    replies_.refuse(open.request, why, now);
   }
   while (!requests_.empty()) {
     remove(requests_.begin());
   }
-  clear_step();
+  end_step();
   at_once_ = data::Sampler::most_together;
   cache_.forget();
 }
@@ -82,7 +81,7 @@ void VariableRequests::on_over(std::uint16_t channel, Moment now) {
     // A requester that only reads asks again, and hears from the new owner of the channel. So does
     // one that writes, if its write has not begun.
     if (open->second.phase == Phase::writing || open->second.phase == Phase::after) {
-      refuse(
+      replies_.refuse(
           open->second.request,
           fmt::format(
               "this gateway has stopped serving {}: the variables may be partly written; read them",
@@ -94,36 +93,37 @@ void VariableRequests::on_over(std::uint16_t channel, Moment now) {
   served_.erase(channel);
   if (channel == 0) {
     served_.clear();
-    up_ = false;
     down_reason_ = "another gateway serves it";
-    clear_step();
+    end_step();
     cache_.forget();
   }
 }
 
-void VariableRequests::clear_step() {
-  busy_ = false;
-  request_under_way_ = 0;
-  for (VariableCacheEntry* one : std::exchange(under_way_, {})) {
-    --one->users;
+VariableRequests::Entries VariableRequests::end_step(std::uint64_t requests) {
+  rate_limit_.spend(static_cast<double>(requests));
+  PendingStep step = std::exchange(pending_, {});
+  Entries* const entries = std::get_if<Entries>(&step);
+  if (entries == nullptr) {
+    return {};
   }
+  for (VariableCacheEntry* const entry : *entries) {
+    --entry->users;
+  }
+  return std::move(*entries);
 }
 
-bool VariableRequests::answered_before(const VariableRequest& request) {
-  if (std::ranges::any_of(requests_, [&](const auto& open) {
-        return open.second.request.token == request.token;
-      })) {
-    return true;
-  }
-  const Output::Answer* const done = done_writes_.find(request.token);
-  if (done != nullptr && done->requester == request.requester) {
-    output_.answers.push_back(*done);
-  }
-  return done != nullptr;
+VariableRequests::OpenRequests::iterator VariableRequests::end_request_step(
+    std::uint64_t requests) {
+  const auto* const number = std::get_if<std::uint64_t>(&pending_);
+  const auto found = number != nullptr ? requests_.find(*number) : requests_.end();
+  end_step(requests);
+  return found;
 }
 
 void VariableRequests::on_request(const VariableRequest& request, Moment now) {
-  if (answered_before(request)) {
+  const bool is_open = std::ranges::any_of(
+      requests_, [&](const auto& open) { return open.second.request.token == request.token; });
+  if (is_open || replies_.repeat(request)) {
     return;
   }
   std::string reason = wrong(request);
@@ -131,14 +131,14 @@ void VariableRequests::on_request(const VariableRequest& request, Moment now) {
     reason = unwritable(request, now);
   }
   if (reason.empty()) {
-    reason =
-        up_ ? too_much(request) : fmt::format("the link to {} is down: {}", machine_, down_reason_);
+    reason = down_reason_ ? fmt::format("the link to {} is down: {}", machine_, *down_reason_)
+                          : too_much(request);
   }
   if (!reason.empty()) {
     if (request.action == VariableAction::write) {
-      report_write(request, false, reason, now);
+      replies_.report_write(request, false, reason, now);
     }
-    refuse(request, reason, now);
+    replies_.refuse(request, reason, now);
     return;
   }
   add(request, now);
@@ -157,8 +157,12 @@ std::string VariableRequests::too_much(const VariableRequest& request) const {
     return fmt::format("{} requests wait already for {}; ask again later", requests_.size(),
                        machine_);
   }
-  if (names_ + request.names.size() > most_names) {
-    return fmt::format("{} variables of {} are being requested already; ask again later", names_,
+  std::size_t names = 0;
+  for (const auto& [number, open] : requests_) {
+    names += open.variables.size();
+  }
+  if (names + request.names.size() > most_names) {
+    return fmt::format("{} variables of {} are being requested already; ask again later", names,
                        machine_);
   }
   return {};
@@ -182,17 +186,15 @@ void VariableRequests::add(const VariableRequest& request, Moment now) {
       break;
   }
   for (const std::string& name : request.names) {
-    VariableCacheEntry& one = cache_.of(request.key.channel, name);
-    ++one.users;
-    open.variables.push_back(&one);
+    VariableCacheEntry& entry = cache_.of(request.key.channel, name);
+    ++entry.users;
+    open.variables.push_back(&entry);
   }
-  names_ += open.variables.size();
 }
 
 VariableRequests::OpenRequests::iterator VariableRequests::remove(OpenRequests::iterator open) {
-  names_ -= open->second.variables.size();
-  for (VariableCacheEntry* one : open->second.variables) {
-    --one->users;
+  for (VariableCacheEntry* const entry : open->second.variables) {
+    --entry->users;
   }
   return requests_.erase(open);
 }
@@ -207,7 +209,7 @@ std::optional<SteadyTime> VariableRequests::next_time(SteadyTime now) {
       first = earliest({first, open.deadline});
     }
   }
-  if (!busy_ && up_) {
+  if (!pending() && !down_reason_) {
     first = earliest({first, rate_limit_.time_of_one(now)});
   }
   return first;
@@ -222,8 +224,8 @@ void VariableRequests::complete(Moment now) {
 bool VariableRequests::complete(OpenRequest& open, Moment now) {
   const bool reads =
       open.phase == Phase::reading || open.phase == Phase::before || open.phase == Phase::after;
-  if (!reads || !std::ranges::all_of(open.variables, [&](const VariableCacheEntry* one) {
-        return one->at >= open.since;
+  if (!reads || !std::ranges::all_of(open.variables, [&](const VariableCacheEntry* entry) {
+        return entry->at >= open.since;
       })) {
     return false;
   }
@@ -233,12 +235,12 @@ bool VariableRequests::complete(OpenRequest& open, Moment now) {
   }
   if (open.phase == Phase::after) {
     VariableReply reply{.done = true, .results = results_of(open), .before = open.before};
-    answer(open.request, std::move(reply), now);
+    replies_.answer(open.request, std::move(reply), now);
     return true;
   }
   if (const std::string reason = prepare(open); !reason.empty()) {
-    report_write(open.request, false, reason, now);
-    refuse(open.request, reason, now, results_of(open));
+    replies_.report_write(open.request, false, reason, now);
+    replies_.refuse(open.request, reason, now, results_of(open));
     return true;
   }
   open.phase = Phase::writing;
@@ -247,18 +249,19 @@ bool VariableRequests::complete(OpenRequest& open, Moment now) {
 
 void VariableRequests::finish_read(const OpenRequest& open, Moment now) {
   std::size_t bytes = 0;
-  for (const VariableCacheEntry* one : open.variables) {
-    bytes += one->reading ? one->reading->length : 0;
+  for (const VariableCacheEntry* const entry : open.variables) {
+    bytes += entry->reading ? entry->reading->length : 0;
   }
   if (bytes > fabric::most_variable_bytes) {
-    refuse(open.request,
-           fmt::format("they have {} bytes together; at most {} go into one answer, so ask for "
-                       "fewer at once",
-                       bytes, fabric::most_variable_bytes),
-           now);
+    replies_.refuse(
+        open.request,
+        fmt::format("they have {} bytes together; at most {} go into one answer, so ask for "
+                    "fewer at once",
+                    bytes, fabric::most_variable_bytes),
+        now);
     return;
   }
-  answer(open.request, {.done = true, .results = results_of(open)}, now);
+  replies_.answer(open.request, {.done = true, .results = results_of(open)}, now);
 }
 
 void VariableRequests::on_time(Moment now) {
@@ -276,15 +279,18 @@ void VariableRequests::on_time(Moment now) {
 void VariableRequests::expire(OpenRequest& open, Moment now) {
   const auto waited = ms(patience_of(open.request));
   if (open.phase == Phase::after) {
-    refuse(open.request, fmt::format("written, but not read back within {} ms", waited), now);
+    replies_.refuse(open.request, fmt::format("written, but not read back within {} ms", waited),
+                    now);
     return;
   }
-  refuse(open.request,
-         busy_ ? fmt::format("{} has not answered within {} ms", machine_, waited)
-               : fmt::format("{} could not be asked within {} ms: calls have priority, {} requests "
-                             "wait, and {} requests a second are allowed",
-                             machine_, waited, requests_.size(), settings_.requests_per_second),
-         now);
+  replies_.refuse(
+      open.request,
+      pending()
+          ? fmt::format("{} has not answered within {} ms", machine_, waited)
+          : fmt::format("{} could not be asked within {} ms: calls have priority, {} requests "
+                        "wait, and {} requests a second are allowed",
+                        machine_, waited, requests_.size(), settings_.requests_per_second),
+      now);
 }
 
 }  // namespace millrace::gateway::variables

@@ -68,11 +68,30 @@ struct Output {
     std::string detail{};
   };
   std::vector<Written> written;
-  struct Line {
-    Level level = Level::info;
-    std::string text{};
-  };
-  std::vector<Line> lines;
+  std::vector<LogLine> lines;
+};
+
+/// The replies to requests, and the records of writes.
+class VariableReplies {
+ public:
+  /// Refused writes that are logged in a second; further ones are counted.
+  static constexpr double refusals_reported = 20;
+
+  /// Whether the request is a write that was answered; then its requester gets the reply again.
+  bool repeat(const fabric::VariableRequest& request);
+  void answer(const fabric::VariableRequest& request, fabric::VariableReply reply, Moment now);
+  void refuse(const fabric::VariableRequest& request, const fabric::Message& reason, Moment now,
+              std::vector<fabric::VariableResult> results = {});
+  void report_write(const fabric::VariableRequest& request, bool done, const std::string& what,
+                    Moment now);
+  Output take_output() { return std::exchange(output_, {}); }
+
+ private:
+  /// Finished writes, by their tokens: a requester that missed the reply asks again.
+  base::Recent<fabric::InstanceId, Output::Answer> done_writes_{256};
+  data::RateLimit refusals_{refusals_reported};
+  std::uint64_t unreported_refusals_ = 0;
+  Output output_;
 };
 
 class VariableRequests {
@@ -85,8 +104,6 @@ class VariableRequests {
   static constexpr std::chrono::seconds usual_patience{5};
   static constexpr std::chrono::milliseconds least_patience{10};
   static constexpr std::chrono::seconds most_patience{60};
-  /// Refused writes that are logged in a second; further ones are counted.
-  static constexpr double refusals_reported = 20;
 
   VariableRequests(std::string machine, VariableSettings settings);
 
@@ -115,9 +132,10 @@ class VariableRequests {
   void on_written(const cnc::ads::Result<void>& outcome, std::uint64_t requests, Moment now);
   void on_listed(const cnc::ads::Result<Page>& page, std::uint64_t requests, Moment now);
 
-  Output take_output() { return std::exchange(output_, {}); }
+  Output take_output() { return replies_.take_output(); }
 
  private:
+  using Entries = std::vector<VariableCacheEntry*>;
   enum class Phase : std::uint8_t {
     reading,
     /// The values before the write.
@@ -133,14 +151,15 @@ class VariableRequests {
     /// Responses from then on count.
     SteadyTime since{};
     SteadyTime deadline{};
-    std::vector<VariableCacheEntry*> variables{};
+    Entries variables{};
     std::vector<fabric::Value> before{};
     std::vector<cnc::variables::Bytes> values{};
     std::size_t written = 0;
   };
   using OpenRequests = std::map<std::uint64_t, OpenRequest>;
+  /// The pending step: of these variables, of this request, or none.
+  using PendingStep = std::variant<std::monostate, Entries, std::uint64_t>;
 
-  bool answered_before(const fabric::VariableRequest& request);
   [[nodiscard]] std::string wrong(const fabric::VariableRequest& request) const;
   [[nodiscard]] std::string too_much(const fabric::VariableRequest& request) const;
   [[nodiscard]] std::string unwritable(const fabric::VariableRequest& request, Moment now) const;
@@ -158,17 +177,16 @@ class VariableRequests {
   bool complete(OpenRequest& open, Moment now);
   [[nodiscard]] std::string prepare(OpenRequest& open) const;
   void finish_read(const OpenRequest& open, Moment now);
-  void clear_step();
+  /// The step is over, after so many requests to the controller. Returns its variables.
+  Entries end_step(std::uint64_t requests = 0);
+  /// … and returns its request, if that is still open.
+  OpenRequests::iterator end_request_step(std::uint64_t requests);
+  [[nodiscard]] bool pending() const { return pending_.index() != 0; }
   void expire(OpenRequest& open, Moment now);
 
   /// What an interrupted write has done; empty if nothing is written. `under_way`: the controller
   /// has the request to write.
   [[nodiscard]] static std::string progress_of(const OpenRequest& open, bool under_way);
-  void answer(const fabric::VariableRequest& request, fabric::VariableReply reply, Moment now);
-  void refuse(const fabric::VariableRequest& request, const fabric::Message& reason, Moment now,
-              std::vector<fabric::VariableResult> results = {});
-  void report_write(const fabric::VariableRequest& request, bool done, const std::string& what,
-                    Moment now);
   [[nodiscard]] static std::vector<fabric::VariableResult> results_of(const OpenRequest& open);
 
   std::string machine_;
@@ -176,24 +194,15 @@ class VariableRequests {
   data::RateLimit rate_limit_;
   VariableCache cache_;
   std::size_t at_once_ = data::Sampler::most_together;
-  bool up_ = false;
-  std::string down_reason_ = "the controller has not answered yet";
+  /// Nothing while the link is up.
+  std::optional<std::string> down_reason_ = "the controller has not answered yet";
   /// Since when each channel is served, also while the link is down.
   std::map<std::uint16_t, SteadyTime> served_;
   OpenRequests requests_;
   std::uint64_t last_number_ = 0;
-  std::size_t names_ = 0;
-  /// A step is pending: of these variables, or of this request.
-  bool busy_ = false;
-  std::vector<VariableCacheEntry*> under_way_;
-  std::uint64_t request_under_way_ = 0;
-  std::uint64_t step_ = 0;
+  PendingStep pending_;
   bool resolved_last_ = false;
-  /// Finished writes, by their tokens: a requester that missed the reply asks again.
-  base::Recent<fabric::InstanceId, Output::Answer> done_writes_{256};
-  data::RateLimit refusals_;
-  std::uint64_t unreported_refusals_ = 0;
-  Output output_;
+  VariableReplies replies_;
 };
 
 }  // namespace millrace::gateway::variables

@@ -125,28 +125,28 @@ std::string VariableRequests::unwritable(const VariableRequest& request, Moment 
 
 std::string VariableRequests::prepare(OpenRequest& open) const {
   for (std::size_t i = 0; i < open.variables.size(); ++i) {
-    const VariableCacheEntry& one = *open.variables[i];
+    const VariableCacheEntry& entry = *open.variables[i];
     const std::string name = printable(open.request.names[i]);
     const auto not_written = [&](const std::string& why) {
       return fmt::format("{} is not written: {}", name, why);
     };
-    if (one.result.value.quality != fabric::Quality::good || !one.reading) {
-      return not_written(one.result.value.reason);
+    if (entry.result.value.quality != fabric::Quality::good || !entry.reading) {
+      return not_written(entry.result.value.reason);
     }
-    if (!one.result.writable) {
+    if (!entry.result.writable) {
       return not_written("it is READ_ONLY");
     }
     const std::vector<std::string>& texts = open.request.values[i];
-    if (const std::size_t elements = fabric::count(one.result.value.elements);
+    if (const std::size_t elements = fabric::count(entry.result.value.elements);
         texts.size() != elements) {
       return not_written(
           fmt::format("{} values for {} elements; expected one for each", texts.size(), elements));
     }
-    auto bytes = cnc::variables::encode_elements(one.reading->type, texts);
+    auto bytes = cnc::variables::encode_elements(entry.reading->type, texts);
     if (!bytes) {
       return not_written(printable(bytes.error()));
     }
-    open.before.push_back(one.result.value);
+    open.before.push_back(entry.result.value);
     open.values.push_back(std::move(*bytes));
   }
   return {};
@@ -155,8 +155,8 @@ std::string VariableRequests::prepare(OpenRequest& open) const {
 std::vector<fabric::VariableResult> VariableRequests::results_of(const OpenRequest& open) {
   std::vector<fabric::VariableResult> results;
   results.reserve(open.variables.size());
-  for (const VariableCacheEntry* one : open.variables) {
-    results.push_back(one->result);
+  for (const VariableCacheEntry* const entry : open.variables) {
+    results.push_back(entry->result);
   }
   return results;
 }
@@ -174,8 +174,16 @@ std::string VariableRequests::progress_of(const OpenRequest& open, bool under_wa
       open.written > 0 ? fmt::format("; the {} before it are", open.written) : "");
 }
 
-void VariableRequests::answer(const VariableRequest& request, fabric::VariableReply reply,
-                              Moment now) {
+bool VariableReplies::repeat(const VariableRequest& request) {
+  const Output::Answer* const done = done_writes_.find(request.token);
+  if (done != nullptr && done->requester == request.requester) {
+    output_.answers.push_back(*done);
+  }
+  return done != nullptr;
+}
+
+void VariableReplies::answer(const VariableRequest& request, fabric::VariableReply reply,
+                             Moment now) {
   reply.token = request.token;
   reply.at = now.wall;
   output_.answers.push_back({request.requester, std::move(reply)});
@@ -184,13 +192,13 @@ void VariableRequests::answer(const VariableRequest& request, fabric::VariableRe
   }
 }
 
-void VariableRequests::refuse(const VariableRequest& request, const fabric::Message& reason,
-                              Moment now, std::vector<fabric::VariableResult> results) {
+void VariableReplies::refuse(const VariableRequest& request, const fabric::Message& reason,
+                             Moment now, std::vector<fabric::VariableResult> results) {
   answer(request, {.reason = reason, .results = std::move(results)}, now);
 }
 
-void VariableRequests::report_write(const VariableRequest& request, bool done,
-                                    const std::string& what, Moment now) {
+void VariableReplies::report_write(const VariableRequest& request, bool done,
+                                   const std::string& what, Moment now) {
   std::string more;
   if (!done) {
     if (refusals_.left(now.steady) < 1) {
@@ -198,8 +206,8 @@ void VariableRequests::report_write(const VariableRequest& request, bool done,
       return;
     }
     refusals_.spend(1);
-    if (const auto untold = std::exchange(unreported_refusals_, 0); untold > 0) {
-      more = fmt::format("; {} more were refused without a log line", untold);
+    if (const auto unreported = std::exchange(unreported_refusals_, 0); unreported > 0) {
+      more = fmt::format("; {} more were refused without a log line", unreported);
     }
   }
   const std::string detail = fmt::format("{}: {}, by {}{}", request.key.to_string(), what,

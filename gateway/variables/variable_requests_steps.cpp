@@ -16,47 +16,45 @@ using fabric::VariableRequest;
 /// The variables of one request: unknown names, or values of one port.
 struct VariableRequests::Batch {
   static constexpr std::size_t most_resolved = 32;
-  std::uint64_t step = 0;
   std::size_t at_once = 0;
   data::Resolve resolve{};
-  std::vector<VariableCacheEntry*> resolved{};
+  Entries resolved{};
   data::Read read{};
-  std::vector<VariableCacheEntry*> to_read{};
+  Entries to_read{};
   std::size_t bytes = 0;
 };
 
 void VariableRequests::add_to_batch(Batch& batch, const OpenRequest& open) {
   for (std::size_t i = 0; i < open.variables.size(); ++i) {
-    VariableCacheEntry& one = *open.variables[i];
-    if (one.at >= open.since || one.step == batch.step) {
+    VariableCacheEntry& entry = *open.variables[i];
+    if (entry.at >= open.since || entry.in_batch) {
       continue;
     }
-    if (!one.reading) {
+    if (!entry.reading) {
       if (batch.resolved.size() < Batch::most_resolved &&
           (batch.resolved.empty() || batch.resolve.channel == open.request.key.channel)) {
-        one.step = batch.step;
+        entry.in_batch = true;
         batch.resolve.channel = open.request.key.channel;
         batch.resolve.names.push_back(open.request.names[i]);
-        batch.resolved.push_back(&one);
+        batch.resolved.push_back(&entry);
       }
       continue;
     }
     const bool first = batch.to_read.empty();
     if (batch.to_read.size() < batch.at_once &&
-        (first || (one.reading->port == batch.read.readings.front().port &&
-                   batch.bytes + one.reading->length <= data::Sampler::most_bytes))) {
-      one.step = batch.step;
-      batch.bytes += one.reading->length;
-      batch.read.readings.push_back(*one.reading);
-      batch.to_read.push_back(&one);
+        (first || (entry.reading->port == batch.read.readings.front().port &&
+                   batch.bytes + entry.reading->length <= data::Sampler::most_bytes))) {
+      entry.in_batch = true;
+      batch.bytes += entry.reading->length;
+      batch.read.readings.push_back(*entry.reading);
+      batch.to_read.push_back(&entry);
     }
   }
 }
 
 /// A request that is a step by itself.
 std::optional<Step> VariableRequests::turn_of(std::uint64_t number, const OpenRequest& open) {
-  busy_ = true;
-  request_under_way_ = number;
+  pending_ = number;
   if (open.phase == Phase::listing) {
     return ListPage{open.request.key.channel, open.request.names.front(), open.request.first};
   }
@@ -68,22 +66,28 @@ std::optional<Step> VariableRequests::start(Batch batch) {
   // By turns, so that requests for missing variables do not delay the others.
   const bool resolve = !batch.resolved.empty() && (batch.to_read.empty() || !resolved_last_);
   resolved_last_ = resolve;
-  under_way_ = resolve ? std::move(batch.resolved) : std::move(batch.to_read);
-  if (under_way_.empty()) {
+  for (const Entries& entries : {batch.resolved, batch.to_read}) {
+    for (VariableCacheEntry* const entry : entries) {
+      entry->in_batch = false;
+    }
+  }
+  Entries& entries = resolve ? batch.resolved : batch.to_read;
+  if (entries.empty()) {
     return std::nullopt;
   }
-  busy_ = true;
-  for (VariableCacheEntry* one : under_way_) {
-    ++one->users;
+  for (VariableCacheEntry* const entry : entries) {
+    ++entry->users;
   }
+  pending_ = std::move(entries);
   return resolve ? Step(std::move(batch.resolve)) : Step(std::move(batch.read));
 }
 
 std::optional<Step> VariableRequests::next(Moment now) {
-  if (busy_ || !up_ || requests_.empty() || rate_limit_.time_of_one(now.steady) > now.steady) {
+  if (pending() || down_reason_ || requests_.empty() ||
+      rate_limit_.time_of_one(now.steady) > now.steady) {
     return std::nullopt;
   }
-  Batch all{.step = ++step_, .at_once = at_once_};
+  Batch all{.at_once = at_once_};
   for (const auto& [number, open] : requests_) {
     const bool of_its_own = open.phase == Phase::writing || open.phase == Phase::listing;
     if (of_its_own) {
@@ -103,33 +107,29 @@ std::optional<Step> VariableRequests::next(Moment now) {
 
 void VariableRequests::on_resolved(const std::vector<Found>& found, std::uint64_t requests,
                                    Moment now) {
-  rate_limit_.spend(static_cast<double>(requests));
-  for (std::size_t i = 0; i < under_way_.size() && i < found.size(); ++i) {
-    VariableCache::on_resolved(*under_way_[i], found[i], now);
+  const Entries entries = end_step(requests);
+  for (std::size_t i = 0; i < entries.size() && i < found.size(); ++i) {
+    VariableCache::on_resolved(*entries[i], found[i], now);
   }
-  clear_step();
   complete(now);
 }
 
 void VariableRequests::on_read(const std::vector<Answered>& answers, std::uint64_t requests,
                                bool sums, Moment now) {
-  rate_limit_.spend(static_cast<double>(requests));
   at_once_ = sums ? data::Sampler::most_together : 1;
-  for (std::size_t i = 0; i < under_way_.size() && i < answers.size(); ++i) {
-    VariableCache::on_read(*under_way_[i], answers[i], now);
+  const Entries entries = end_step(requests);
+  for (std::size_t i = 0; i < entries.size() && i < answers.size(); ++i) {
+    VariableCache::on_read(*entries[i], answers[i], now);
     if (!answers[i] && cnc::ads::is_overload(answers[i].error())) {
       rate_limit_.empty();
     }
   }
-  clear_step();
   complete(now);
 }
 
 void VariableRequests::on_written(const cnc::ads::Result<void>& outcome, std::uint64_t requests,
                                   Moment now) {
-  rate_limit_.spend(static_cast<double>(requests));
-  const auto found = requests_.find(request_under_way_);
-  clear_step();
+  const auto found = end_request_step(requests);
   // Also those of an element, and of all of an array.
   cache_.forget_values();
   if (found == requests_.end()) {
@@ -138,11 +138,11 @@ void VariableRequests::on_written(const cnc::ads::Result<void>& outcome, std::ui
   OpenRequest& open = found->second;
   const std::string name = printable(open.request.names[open.written]);
   if (outcome) {
-    report_write(open.request, true,
-                 fmt::format("{} was {}, is written as {}", name,
-                             text_of(open.before[open.written].elements),
-                             text_of(open.request.values[open.written])),
-                 now);
+    replies_.report_write(open.request, true,
+                          fmt::format("{} was {}, is written as {}", name,
+                                      text_of(open.before[open.written].elements),
+                                      text_of(open.request.values[open.written])),
+                          now);
     if (++open.written == open.request.names.size()) {
       open.phase = Phase::after;
       open.since = now.steady;
@@ -155,39 +155,37 @@ void VariableRequests::on_written(const cnc::ads::Result<void>& outcome, std::ui
                                 unknown ? fmt::format("{} may or may not be written; read it", name)
                                         : fmt::format("{} is not written", name),
                                 cnc::ads::describe(outcome.error()));
-  report_write(open.request, false, why, now);
+  replies_.report_write(open.request, false, why, now);
   if (open.written > 0) {
     why += fmt::format("; the {} before it are", open.written);
   }
   auto results = results_of(open);
   results[open.written].error = ads_number(outcome.error());
-  refuse(open.request, why, now, std::move(results));
+  replies_.refuse(open.request, why, now, std::move(results));
   remove(found);
   complete(now);
 }
 
 void VariableRequests::on_listed(const cnc::ads::Result<Page>& page, std::uint64_t requests,
                                  Moment now) {
-  rate_limit_.spend(static_cast<double>(requests));
-  const auto found = requests_.find(request_under_way_);
-  clear_step();
+  const auto found = end_request_step(requests);
   if (found == requests_.end()) {
     return;
   }
   const VariableRequest& request = found->second.request;
   if (page) {
     VariableReply reply{.done = true, .total = page->total};
-    for (const cnc::variables::Description& one : page->variables) {
-      reply.results.push_back({.value = {.name = one.name,
-                                         .type = static_cast<fabric::ValueType>(one.type),
-                                         .is_array = !one.dimensions.empty()},
-                               .writable = one.access == cnc::variables::Access::read_write,
-                               .size = one.size,
-                               .dimensions = one.dimensions});
+    for (const cnc::variables::Description& variable : page->variables) {
+      reply.results.push_back({.value = {.name = variable.name,
+                                         .type = static_cast<fabric::ValueType>(variable.type),
+                                         .is_array = !variable.dimensions.empty()},
+                               .writable = variable.access == cnc::variables::Access::read_write,
+                               .size = variable.size,
+                               .dimensions = variable.dimensions});
     }
-    answer(request, std::move(reply), now);
+    replies_.answer(request, std::move(reply), now);
   } else {
-    refuse(
+    replies_.refuse(
         request,
         fmt::format("cannot list {}: {}", request.names.front(), cnc::ads::describe(page.error())),
         now);

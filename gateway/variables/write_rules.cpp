@@ -76,7 +76,8 @@ std::string objection(const WriteRules& rules, std::uint16_t channel, std::strin
     return fmt::format("{} may not be written: only variables of {} may; all others are read-only",
                        printable(name), fmt::join(cnc::variables::families, ", "));
   }
-  if (std::ranges::any_of(rules, [&](const WriteRule& one) { return lets(one, channel, name); })) {
+  if (std::ranges::any_of(rules,
+                          [&](const WriteRule& rule) { return lets(rule, channel, name); })) {
     return {};
   }
   return fmt::format(

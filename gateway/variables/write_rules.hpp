@@ -28,7 +28,7 @@ struct VariableSettings {
   WriteRules writable;
   /// The budget of variable requests at the controller; calls and data have their own.
   double requests_per_second = 100;
-  /// A value of at most this age is used without a new read.
+  /// A value of at most this age is used without a new read: ReadIntervals::active of the machine.
   std::chrono::nanoseconds cycle = std::chrono::milliseconds(2);
   bool operator==(const VariableSettings&) const = default;
 };

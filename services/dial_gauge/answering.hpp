@@ -60,12 +60,12 @@ struct Gauge {
 /// The value of each gauge at its ZERO.
 using Zeros = std::map<std::string, Nanometres>;
 /// Stores the zero points for the next start; the error is the reason of a failure.
-using KeepZeros = std::function<tl::expected<void, std::string>(const Zeros&)>;
+using SaveZeros = std::function<tl::expected<void, std::string>(const Zeros&)>;
 
 /// Not thread-safe.
 class Answering {
  public:
-  Answering(Zeros zeros, KeepZeros keep) : zeros_(std::move(zeros)), keep_(std::move(keep)) {}
+  Answering(Zeros zeros, SaveZeros keep) : zeros_(std::move(zeros)), keep_(std::move(keep)) {}
   void add(Gauge gauge, std::unique_ptr<Source> source);
 
   sdk::Response answer(std::string_view request, Time now);
@@ -95,7 +95,7 @@ class Answering {
 
   std::map<std::string, Entry, std::less<>> gauges_;
   Zeros zeros_;
-  KeepZeros keep_;
+  SaveZeros keep_;
   std::map<std::string, std::string> failing_;
 };
 

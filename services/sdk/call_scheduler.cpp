@@ -200,7 +200,8 @@ Actions CallScheduler::on_interim(CallId call, const Response& response, Moment 
   return {Send{std::move(reply)}};
 }
 
-Actions CallScheduler::on_result(CallId call, const Result& result, Moment now) {
+template <typename Answer>
+Actions CallScheduler::finish(CallId call, Moment now, Answer answer) {
   const auto running = running_.find(call);
   if (running == running_.end()) {
     return {};
@@ -209,29 +210,25 @@ Actions CallScheduler::on_result(CallId call, const Result& result, Moment now) 
   if (running->second.cancelled) {
     actions.emplace_back(Drop{call});
   } else {
-    actions.emplace_back(Send{end(running->second, result, now.steady)});
+    actions.emplace_back(Send{answer(running->second)});
   }
   running_.erase(running);
   start_waiting(now.steady, actions);
   return actions;
 }
 
+Actions CallScheduler::on_result(CallId call, const Result& result, Moment now) {
+  return finish(call, now,
+                [&](const RunningCall& ended) { return end(ended, result, now.steady); });
+}
+
 Actions CallScheduler::on_declined(CallId call, const fabric::Message& why, Moment now) {
-  const auto running = running_.find(call);
-  if (running == running_.end()) {
-    return {};
-  }
-  Actions actions;
-  if (running->second.cancelled) {
-    actions.emplace_back(Drop{call});
-  } else {
+  return finish(call, now, [&](const RunningCall& ended) {
     ++counters_.declined;
-    actions.emplace_back(Send{declined_reply(running->second.request, why)});
-    forget_call(call_key_of(running->second.request));
-  }
-  running_.erase(running);
-  start_waiting(now.steady, actions);
-  return actions;
+    Reply reply = declined_reply(ended.request, why);
+    forget_call(call_key_of(ended.request));
+    return reply;
+  });
 }
 
 Reply CallScheduler::end(const RunningCall& one, const Result& result, SteadyTime now) {

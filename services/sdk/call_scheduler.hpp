@@ -163,6 +163,9 @@ class CallScheduler {
   [[nodiscard]] bool is_wanted(const CallKey& call) const;
   void cancel_call(const CallKey& call, Actions& actions);
   void forget_call(const CallKey& call);
+  /// The call is over: `answer` makes its reply, unless it was cancelled.
+  template <typename Answer>
+  Actions finish(fabric::CallId call, fabric::Moment now, Answer answer);
   fabric::Reply end(const RunningCall& one, const Result& result, fabric::SteadyTime now);
   [[nodiscard]] fabric::Reply cancelled_reply(const RunningCall& running) const;
   void cancel(RunningCall& running);

@@ -22,7 +22,7 @@ struct Named {
   const char* name;
   SmallPlan plan;
   bool whole = false;
-  friend void PrintTo(const Named& one, std::ostream* out) { *out << one.name; }
+  friend void PrintTo(const Named& named, std::ostream* out) { *out << named.name; }
 };
 
 class EveryOrder : public testing::TestWithParam<Named> {};
@@ -76,7 +76,7 @@ INSTANTIATE_TEST_SUITE_P(
               {.mishap = Mishap::gateway_killed, .delivery = often, .completion_signal = text}},
         Named{"LinkSilent", {.mishap = Mishap::link_silent, .delivery = once}, true},
         Named{"ProgramReset", {.mishap = Mishap::program_reset, .delivery = once}, true}),
-    [](const auto& one) { return std::string(one.param.name); });
+    [](const auto& tested) { return std::string(tested.param.name); });
 
 struct Mistaken {
   Bug bug;
@@ -84,7 +84,7 @@ struct Mistaken {
   [[nodiscard]] std::string_view name() const {
     return std::ranges::find(bug_names, bug, &BugName::bug)->name;
   }
-  friend void PrintTo(const Mistaken& one, std::ostream* out) { *out << one.name(); }
+  friend void PrintTo(const Mistaken& mistaken, std::ostream* out) { *out << mistaken.name(); }
 };
 
 /// A state that counts as known must not hide the consequences of a mistake.
@@ -111,8 +111,8 @@ INSTANTIATE_TEST_SUITE_P(
                     Mistaken{Bug::clearing_not_journalled, {.mishap = Mishap::gateway_killed}},
                     Mistaken{Bug::acknowledged_is_seen,
                              {.mishap = Mishap::none, .calls = 2, .writes = late}}),
-    [](const auto& one) {
-      std::string name(one.param.name());
+    [](const auto& tested) {
+      std::string name(tested.param.name());
       std::ranges::replace(name, '-', '_');
       return name;
     });
@@ -136,9 +136,9 @@ INSTANTIATE_TEST_SUITE_P(Of, ARandomOrder,
                          testing::Values(Mishap::none, Mishap::instance_killed,
                                          Mishap::instance_drained, Mishap::link_cut,
                                          Mishap::link_silent, Mishap::program_reset),
-                         [](const auto& one) {
+                         [](const auto& tested) {
                            const auto named =
-                               std::ranges::find(mishap_names, one.param, &MishapName::mishap);
+                               std::ranges::find(mishap_names, tested.param, &MishapName::mishap);
                            std::string name(named->name);
                            std::ranges::replace(name, '-', '_');
                            return name;

@@ -47,9 +47,9 @@ struct Flags {
 };
 
 Bug bug_of(const std::string& name) {
-  for (const BugName& one : bug_names) {
-    if (one.name == name) {
-      return one.bug;
+  for (const BugName& bug_name : bug_names) {
+    if (bug_name.name == name) {
+      return bug_name.bug;
     }
   }
   return Bug::none;
@@ -202,8 +202,8 @@ int walk(Flags flags) {
 template <typename Names>
 std::vector<std::string> names_of(const Names& all) {
   std::vector<std::string> names;
-  for (const auto& one : all) {
-    names.emplace_back(one.name);
+  for (const auto& name : all) {
+    names.emplace_back(name.name);
   }
   return names;
 }

@@ -80,10 +80,10 @@ void Plant::build_services() {
     plan.counts_no_attempts = random_.chance(30);
     plan.bug = bug_;
     const std::size_t instances = 1 + random_.below(3);
-    for (std::size_t one = 0; one < instances; ++one) {
-      plan.name = fmt::format("service {}.{}", i, one);
+    for (std::size_t instance = 0; instance < instances; ++instance) {
+      plan.name = fmt::format("service {}.{}", i, instance);
       plan.channels.clear();
-      if (one > 0 && random_.chance(30)) {
+      if (instance > 0 && random_.chance(30)) {
         plan.channels.push_back(
             {random_.chance(50) ? "m0" : "", static_cast<std::uint16_t>(random_.below(3))});
       }
@@ -251,7 +251,7 @@ void Plant::let_kernel_clear(cnc::simulator::ServiceRules& rules) const {
 gateway::settings::MachineSettings Plant::settings_of(const Controller& controller) {
   gateway::settings::MachineSettings settings;
   settings.name = controller.name();
-  settings.intervals.after_answer = 4ms;
+  settings.intervals.active = 4ms;
   Random random(~random_.state());
   constexpr std::array modes{gateway::SubscriptionMode::automatic,
                              gateway::SubscriptionMode::notify, gateway::SubscriptionMode::poll};

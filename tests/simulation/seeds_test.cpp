@@ -88,8 +88,8 @@ TEST_P(Mistake, IsFound) {
   FAIL() << "not within " << enough_seeds << " seeds";
 }
 
-INSTANTIATE_TEST_SUITE_P(Of, Mistake, testing::ValuesIn(bug_names), [](const auto& one) {
-  std::string name(one.param.name);
+INSTANTIATE_TEST_SUITE_P(Of, Mistake, testing::ValuesIn(bug_names), [](const auto& tested) {
+  std::string name(tested.param.name);
   std::ranges::replace(name, '-', '_');
   return name;
 });

@@ -32,9 +32,9 @@ std::string replay(std::uint64_t seed, Bug bug, const Limits& limits) {
   if (limits.faults_for) {
     command += fmt::format(" --faults-for {}", limits.faults_for->count());
   }
-  for (const BugName& one : bug_names) {
-    if (one.bug == bug) {
-      command += fmt::format(" --bug {}", one.name);
+  for (const BugName& name : bug_names) {
+    if (name.bug == bug) {
+      command += fmt::format(" --bug {}", name.name);
     }
   }
   return command;
@@ -150,9 +150,11 @@ void World::rescue() {
 }
 
 bool World::done() {
-  return std::ranges::all_of(plant_.controllers(), [](const auto& one) { return one->done(); }) &&
-         std::ranges::all_of(plant_.gateways(), [](const auto& one) {
-           return one->running() && one->open_calls() == 0 && one->waiting_messages() == 0;
+  return std::ranges::all_of(plant_.controllers(),
+                             [](const auto& controller) { return controller->done(); }) &&
+         std::ranges::all_of(plant_.gateways(), [](const auto& gateway) {
+           return gateway->running() && gateway->open_calls() == 0 &&
+                  gateway->waiting_messages() == 0;
          });
 }
 

@@ -92,7 +92,7 @@ std::string library_name() {
 }
 
 void warn_of_the_one_connection(const gateway::settings::MachineSettings& machine) {
-  if (machine.host.starts_with("127.") || machine.host == "localhost") {
+  if (machine.controller.host.starts_with("127.") || machine.controller.host == "localhost") {
     return;
   }
   fmt::print(stderr,

@@ -56,14 +56,14 @@ std::vector<std::size_t> Explorer::candidates(const std::vector<NcEvent>& waitin
   std::vector<std::size_t> found;
   std::optional<Time> first_timer;
   for (std::size_t i = 0; i < waiting.size(); ++i) {
-    const NcEvent& one = waiting[i];
-    if (one.timer) {
-      first_timer = std::min(first_timer.value_or(one.at), one.at);
+    const NcEvent& event = waiting[i];
+    if (event.timer) {
+      first_timer = std::min(first_timer.value_or(event.at), event.at);
       continue;
     }
-    const bool waits = one.lane != 0 && std::ranges::any_of(waiting, [&](const NcEvent& other) {
-                         return other.lane == one.lane && other.parties == one.parties &&
-                                other.number < one.number;
+    const bool waits = event.lane != 0 && std::ranges::any_of(waiting, [&](const NcEvent& other) {
+                         return other.lane == event.lane && other.parties == event.parties &&
+                                other.number < event.number;
                        });
     if (!waits) {
       found.push_back(i);
@@ -80,16 +80,16 @@ std::vector<std::size_t> Explorer::candidates(const std::vector<NcEvent>& waitin
   return found;
 }
 
-Meaning Explorer::cause_of(const NcEvent& one) const {
-  const auto known = now_.causes.find(one.number);
+Meaning Explorer::cause_of(const NcEvent& event) const {
+  const auto known = now_.causes.find(event.number);
   assert(known != now_.causes.end());
   return known->second;
 }
 
 Meaning Explorer::state(const std::vector<NcEvent>& waiting) const {
   Meaning on_its_way = 0;
-  for (const NcEvent& one : waiting) {
-    on_its_way += meaning_of(cause_of(one), one.parties, one.lane, one.timer);
+  for (const NcEvent& event : waiting) {
+    on_its_way += meaning_of(cause_of(event), event.parties, event.lane, event.timer);
   }
   Meaning all = meaning_of(early_, now_.judged, on_its_way);
   for (const Meaning party : now_.parties) {
@@ -129,8 +129,8 @@ std::optional<std::size_t> Explorer::pick(std::vector<std::size_t> found,
     }
     on_new_choice();
     std::unordered_map<std::uint64_t, Meaning> causes;
-    for (const NcEvent& one : waiting) {
-      causes.emplace(one.number, cause_of(one));
+    for (const NcEvent& event : waiting) {
+      causes.emplace(event.number, cause_of(event));
     }
     now_.causes = std::move(causes);
     path_.push_back({.taken = 0, .of = found.size(), .found = found, .before = now_});
@@ -141,7 +141,7 @@ std::optional<std::size_t> Explorer::pick(std::vector<std::size_t> found,
 std::optional<std::size_t> Explorer::choose(const std::vector<NcEvent>& waiting, Time) {
   if (!started_) {
     const auto first = std::ranges::min_element(
-        waiting, {}, [](const NcEvent& one) { return std::pair(one.at, one.number); });
+        waiting, {}, [](const NcEvent& event) { return std::pair(event.at, event.number); });
     return static_cast<std::size_t>(first - waiting.begin());
   }
   auto found = candidates(waiting);

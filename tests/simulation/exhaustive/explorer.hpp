@@ -97,7 +97,7 @@ class Explorer final : public Order {
   };
 
   [[nodiscard]] std::vector<std::size_t> candidates(const std::vector<NcEvent>& waiting) const;
-  [[nodiscard]] Meaning cause_of(const NcEvent& one) const;
+  [[nodiscard]] Meaning cause_of(const NcEvent& event) const;
   [[nodiscard]] Meaning state(const std::vector<NcEvent>& waiting) const;
   void sort(std::vector<std::size_t>& found, const std::vector<NcEvent>& waiting) const;
   /// Picks one of these events; nothing if the state was seen before.

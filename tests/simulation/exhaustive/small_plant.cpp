@@ -36,7 +36,7 @@ GatewayPlan gateway_plan(const SmallPlan& plan) {
   gateway::settings::MachineSettings machine;
   machine.name = "m0";
   machine.watch = gateway::SubscriptionMode::poll;
-  machine.intervals = {.after_answer = 50ms, .after_answer_for = 0ms, .idle = 50ms, .full = 100ms};
+  machine.intervals = {.active = 50ms, .active_for = 0ms, .idle = 50ms, .full = 100ms};
   gateway.file.machines.push_back(machine);
   gateway.watches_itself = false;
   gateway.journal.sync = gateway::journal::Sync::always;

@@ -148,7 +148,8 @@ void Fabric::orphan(EndNumber number, EndNumber gateway) {
       news = true;
     }
   }
-  std::erase_if(instance.requested_by, [](const auto& one) { return one.second.empty(); });
+  std::erase_if(instance.requested_by,
+                [](const auto& requester) { return requester.second.empty(); });
   if (news && instance.there) {
     wake_to_take_requests(number);
   }

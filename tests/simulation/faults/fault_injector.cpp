@@ -39,8 +39,8 @@ const std::vector<FaultInjector::Fault>& FaultInjector::all() {
 
 std::vector<std::string> FaultInjector::names() {
   std::vector<std::string> names;
-  for (const Fault& one : all()) {
-    names.emplace_back(one.name);
+  for (const Fault& fault : all()) {
+    names.emplace_back(fault.name);
   }
   return names;
 }
@@ -114,7 +114,9 @@ void FaultInjector::count_all_hits() {
 
 GatewayProcess& FaultInjector::some_gateway() {
   GatewayProcess& picked = *random_.pick(plant_.gateways());
-  count_hits([&](const GatewayProcess& one, const auto&) { return &one == &picked; });
+  count_hits([&](const GatewayProcess& gateway_process, const auto&) {
+    return &gateway_process == &picked;
+  });
   return picked;
 }
 
@@ -189,11 +191,11 @@ void FaultInjector::cut_off() {
   if (ends.empty()) {
     return;
   }
-  const EndNumber one = ends[random_.below(ends.size())];
-  const auto set = [this, one, ends](bool open) {
+  const EndNumber end_number = ends[random_.below(ends.size())];
+  const auto set = [this, end_number, ends](bool open) {
     for (const EndNumber other : ends) {
-      plant_.fabric().set_path(one, other, open);
-      plant_.fabric().set_path(other, one, open);
+      plant_.fabric().set_path(end_number, other, open);
+      plant_.fabric().set_path(other, end_number, open);
     }
   };
   count_all_hits();
@@ -211,15 +213,15 @@ void FaultInjector::part_gateways() {
   if (gateways.size() < 2) {
     return;
   }
-  const auto one = random_.pick(gateways)->end();
+  const auto isolated = random_.pick(gateways)->end();
   const auto other = random_.pick(gateways)->end();
-  if (!one || !other || one == other) {
+  if (!isolated || !other || isolated == other) {
     return;
   }
   count_hits([&](const GatewayProcess& gateway, const auto&) {
-    return gateway.end() == one || gateway.end() == other;
+    return gateway.end() == isolated || gateway.end() == other;
   });
-  const auto set = [this, from = *one, to = *other](bool open) {
+  const auto set = [this, from = *isolated, to = *other](bool open) {
     plant_.fabric().set_path(from, to, open);
     plant_.fabric().set_path(to, from, open);
   };
@@ -385,7 +387,7 @@ void FaultInjector::reload_gateway() {
     }
     if (random_.chance(20)) {
       // A different address of the same controller.
-      ++machine.tcp_port;
+      ++machine.controller.tcp_port;
     }
   }
   if (random_.chance(50)) {
@@ -421,7 +423,7 @@ std::optional<fabric::ChannelStatus> FaultInjector::some_call() {
 void FaultInjector::stranger_speaks() {
   const auto status = some_call();
   if (status && plant_.stranger() != nullptr) {
-    count_hits([&](const auto&, const auto& one) { return one.call == status->call; });
+    count_hits([&](const auto&, const auto& hit) { return hit.call == status->call; });
     plant_.stranger()->speak_of(*status);
   }
 }
@@ -433,7 +435,7 @@ void FaultInjector::speak_for_another() {
   if (!status || !service.running() || service.frozen() || service.instance() == status->instance) {
     return;
   }
-  count_hits([&](const auto&, const auto& one) { return one.call == status->call; });
+  count_hits([&](const auto&, const auto& hit) { return hit.call == status->call; });
   const fabric::Reply reply = words_of_a_stranger(*status, status->instance, random_);
   plant_.history().note(service.name(),
                         "speaks for another: " + to_string(Replied{service.instance(), reply}));
@@ -447,7 +449,7 @@ void FaultInjector::speak_again() {
   }
   for (const auto& service : plant_.services()) {
     if (service->running() && service->instance() == status->instance) {
-      count_hits([&](const auto&, const auto& one) { return one.call == status->call; });
+      count_hits([&](const auto&, const auto& hit) { return hit.call == status->call; });
       service->speak_again(status->call);
     }
   }

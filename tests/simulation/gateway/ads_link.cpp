@@ -271,7 +271,7 @@ void put(gateway::ServiceSnapshot& snapshot, Variable variable, gateway::Value v
 }
 
 std::string words_for(const gateway::Value& value) {
-  return std::visit([](const auto& one) { return fmt::format("{}", one); }, value);
+  return std::visit([](const auto& content) { return fmt::format("{}", content); }, value);
 }
 
 }  // namespace

@@ -114,9 +114,9 @@ void Disk::start_replace() {
 }
 
 void Disk::confirm(std::vector<gateway::Ticket> tickets) {
-  for (auto& one : tickets) {
+  for (auto& confirmed : tickets) {
     process_.after(
-        Time{}, [this, ticket = std::move(one)] { on_recorded(ticket); }, 1);
+        Time{}, [this, ticket = std::move(confirmed)] { on_recorded(ticket); }, 1);
   }
 }
 

@@ -192,14 +192,15 @@ void GatewayChecker::given_out(const gateway::DispatchedEntry& entry) {
   if (found != ready_.end()) {
     fact.room = found->second.concurrency;
     const auto& scopes = found->second.channels;
-    fact.ready = fact.ready && (scopes.empty() || std::ranges::any_of(scopes, [&](const auto& one) {
-                                  return (one.machine.empty() || one.machine == entry.key.machine ||
-                                          one.machine == fabric::machine_of(entry.key.machine)) &&
-                                         (one.channel == 0 || one.channel == entry.key.channel);
-                                }));
+    fact.ready =
+        fact.ready && (scopes.empty() || std::ranges::any_of(scopes, [&](const auto& scope) {
+                         return (scope.machine.empty() || scope.machine == entry.key.machine ||
+                                 scope.machine == fabric::machine_of(entry.key.machine)) &&
+                                (scope.channel == 0 || scope.channel == entry.key.channel);
+                       }));
   }
-  fact.load = static_cast<std::uint32_t>(std::ranges::count_if(given_, [&](const auto& one) {
-    return one.second == entry.instance && one.first != entry.call;
+  fact.load = static_cast<std::uint32_t>(std::ranges::count_if(given_, [&](const auto& given) {
+    return given.second == entry.instance && given.first != entry.call;
   }));
   given_[entry.call] = entry.instance;
   history_.add(fact);
@@ -348,21 +349,28 @@ void Confirmed::on_recorded(const gateway::Ticket& ticket) {
   if (found == pending_.end()) {
     return;
   }
-  for (auto one = pending_.begin(); one <= found; ++one) {
-    confirm(one->entry);
+  for (auto confirmed = pending_.begin(); confirmed <= found; ++confirmed) {
+    confirm(confirmed->entry);
   }
   pending_.erase(pending_.begin(), found + 1);
 }
 
 void Confirmed::confirm(const gateway::JournalEntry& entry) {
   std::visit(fabric::Cases{
-                 [&](const gateway::NumbersEntry& one) { numbers_ = one; },
-                 [&](const gateway::DispatchedEntry& one) {
-                   attempts_.emplace(one.call, one.attempt, one.instance);
+                 [&](const gateway::NumbersEntry& numbers) { numbers_ = numbers; },
+                 [&](const gateway::DispatchedEntry& dispatched_entry) {
+                   attempts_.emplace(dispatched_entry.call, dispatched_entry.attempt,
+                                     dispatched_entry.instance);
                  },
-                 [&](const gateway::InterimEntry& one) { interims_.emplace(one.call, one.state); },
-                 [&](const gateway::AnsweredEntry& one) { answers_.insert(one.call); },
-                 [&](const gateway::ClearingEntry& one) { clearings_.insert(one.call); },
+                 [&](const gateway::InterimEntry& interim_entry) {
+                   interims_.emplace(interim_entry.call, interim_entry.state);
+                 },
+                 [&](const gateway::AnsweredEntry& answered_entry) {
+                   answers_.insert(answered_entry.call);
+                 },
+                 [&](const gateway::ClearingEntry& clearing_entry) {
+                   clearings_.insert(clearing_entry.call);
+                 },
                  [](const auto&) {},
              },
              entry);
@@ -377,8 +385,8 @@ bool Confirmed::attempt(const fabric::Request& request) const {
 }
 
 bool Confirmed::message(const Key& queue, std::uint32_t element) const {
-  return std::ranges::none_of(pending_, [&](const Pending& one) {
-    const auto* const message = std::get_if<gateway::MessageEntry>(&one.entry);
+  return std::ranges::none_of(pending_, [&](const Pending& pending) {
+    const auto* const message = std::get_if<gateway::MessageEntry>(&pending.entry);
     return message != nullptr && message->key == queue && message->element == element;
   });
 }

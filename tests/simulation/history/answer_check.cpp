@@ -14,23 +14,23 @@ namespace millrace::tests::simulation {
 
 std::vector<std::string> AnswerCheck::on(const Fact& fact, Time now) {
   violations_.clear();
-  std::visit([&](const auto& one) { on(one, now); }, fact);
+  std::visit([&](const auto& kind) { on(kind, now); }, fact);
   return std::exchange(violations_, {});
 }
 
 void AnswerCheck::close(Channel& channel, Time now) {
-  for (Stretch& one : channel.stretches) {
-    one.until = one.until.value_or(now);
+  for (Stretch& stretch : channel.stretches) {
+    stretch.until = stretch.until.value_or(now);
   }
 }
 
 void AnswerCheck::on(const ProgramAsked& fact, Time now) {
   Channel& channel = channels_[fact.key];
   close(channel, now);
-  for (const Stretch& one : channel.stretches) {
+  for (const Stretch& stretch : channel.stretches) {
     // A repetition of its previous request: it may get the same answer again.
-    if (one.answered_by && one.request == fact.request) {
-      finals_.erase(*one.answered_by);
+    if (stretch.answered_by && stretch.request == fact.request) {
+      finals_.erase(*stretch.answered_by);
     }
   }
   // A repetition: a 0 that was written before may be meant for it as well.
@@ -51,7 +51,7 @@ void AnswerCheck::on(const ProgramMoved& fact, Time now) {
   auto last = stretches.rbegin();
   if (last != stretches.rend() && !last->answered_by) {
     last = std::find_if(last, stretches.rend(),
-                        [&](const Stretch& one) { return one.request == channel.asked; });
+                        [&](const Stretch& stretch) { return stretch.request == channel.asked; });
   }
   if (fact.texts_stay && last != stretches.rend() && last->answered_by) {
     // Both states are 0 and the texts are unchanged: as if the last write had never arrived.
@@ -152,9 +152,10 @@ void AnswerCheck::on(const WriteAsked& fact, Time) {
   }
   Channel& channel = channels_[fact.key];
   const auto& stretches = channel.stretches;
-  const bool stood = std::ranges::any_of(stretches, [&](const Stretch& one) {
-    const bool ours = one.request == fact.request && one.from <= look->second.end;
-    return ours && (!one.until || *one.until >= look->second.first || one.answered_by == fact.call);
+  const bool stood = std::ranges::any_of(stretches, [&](const Stretch& stretch) {
+    const bool ours = stretch.request == fact.request && stretch.from <= look->second.end;
+    return ours && (!stretch.until || *stretch.until >= look->second.first ||
+                    stretch.answered_by == fact.call);
   });
   const bool seems_to_wait =
       channel.wiped && !stretches.empty() && stretches.back().request == fact.request;
@@ -203,7 +204,9 @@ void AnswerCheck::on(const WriteDone& fact, Time now) {
   if (fact.variable == gateway::Variable::response) {
     channel.text_by = fact.gateway;
   }
-  const auto stands = [&](const Stretch& one) { return !one.until && one.request == fact.request; };
+  const auto stands = [&](const Stretch& stretch) {
+    return !stretch.until && stretch.request == fact.request;
+  };
   const bool crossed = std::ranges::none_of(channel.stretches, stands);
   if (crossed && fact.variable != gateway::Variable::response) {
     // The write was under way when the program moved on. Afterwards the call seems to be still
@@ -215,9 +218,9 @@ void AnswerCheck::on(const WriteDone& fact, Time now) {
       // Such a late write may have wiped RESPONSE_STATE, whichever gateway wrote that, and the
       // program waits again.
       finals_.erase(fact.call);
-      for (const Stretch& one : channel.stretches) {
-        if (one.answered_by && one.request == fact.request) {
-          finals_.erase(*one.answered_by);
+      for (const Stretch& stretch : channel.stretches) {
+        if (stretch.answered_by && stretch.request == fact.request) {
+          finals_.erase(*stretch.answered_by);
         }
       }
     }
@@ -248,10 +251,10 @@ void AnswerCheck::on(const WriteDone& fact, Time now) {
     }
     return;
   }
-  for (Stretch& one : channel.stretches) {
-    if (stands(one)) {
-      one.until = now;
-      one.answered_by = fact.call;
+  for (Stretch& stretch : channel.stretches) {
+    if (stands(stretch)) {
+      stretch.until = now;
+      stretch.answered_by = fact.call;
     }
   }
 }
@@ -273,7 +276,7 @@ void AnswerCheck::judge_writer(const WriteDone& fact) {
 
 void AnswerCheck::on(const Resumed& fact, Time) {
   if (fact.call == fabric::CallId{}) {
-    std::erase_if(reads_, [&](const auto& one) { return one.first.first == fact.gateway; });
+    std::erase_if(reads_, [&](const auto& read) { return read.first.first == fact.gateway; });
   } else {
     reads_[{fact.gateway, fact.key}] = {.call = fact.call, .asked = fact.request.state};
   }
@@ -310,7 +313,7 @@ void AnswerCheck::on(const ProgramReleased& fact, Time) {
 }
 
 std::vector<std::string> ReplyCheck::on(const Fact& fact, Time) {
-  std::visit([this](const auto& one) { on(one); }, fact);
+  std::visit([this](const auto& kind) { on(kind); }, fact);
   return std::exchange(violations_, {});
 }
 
@@ -330,8 +333,8 @@ void ReplyCheck::on(const Resumed& fact) {
 
 void ReplyCheck::on(const Dispatched& fact) {
   // The journal may have lost an attempt of this number, whose answer was refused.
-  std::erase_if(refused_[fact.gateway], [&](const Said& one) {
-    const auto& [call, instance, attempt, when] = one;
+  std::erase_if(refused_[fact.gateway], [&](const Said& refusal) {
+    const auto& [call, instance, attempt, when] = refusal;
     return call == fact.call && instance == fact.instance && attempt == fact.attempt;
   });
 }

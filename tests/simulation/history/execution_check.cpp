@@ -9,7 +9,7 @@ namespace millrace::tests::simulation {
 std::vector<std::string> ExecutionCheck::on(const Fact& fact, Time) {
   violations_.clear();
   ++facts_;
-  std::visit([&](const auto& one) { on(one); }, fact);
+  std::visit([&](const auto& kind) { on(kind); }, fact);
   return std::exchange(violations_, {});
 }
 
@@ -68,8 +68,9 @@ void ExecutionCheck::on(const Claimed& fact) {
   story.request = fact.request;
   story.key = fact.key;
   auto& questions = questions_[fact.key];
-  const auto asked = std::find_if(questions.rbegin(), questions.rend(),
-                                  [&](const Question& one) { return one.request == fact.request; });
+  const auto asked =
+      std::find_if(questions.rbegin(), questions.rend(),
+                   [&](const Question& question) { return question.request == fact.request; });
   expect(asked != questions.rend(), "{} claims {} \"{}\" state {}, which no program has asked",
          fact.call.to_string(), fact.request.uuid, fact.request.text, fact.request.state);
   if (asked != questions.rend()) {
@@ -118,7 +119,7 @@ void ExecutionCheck::on(const Ended& fact) {
 void ExecutionCheck::on(const Resumed& fact) {
   if (fact.call == fabric::CallId{}) {
     // It has forgotten what it had heard.
-    std::erase_if(heard_, [&](const auto& one) { return one.first.first == fact.gateway; });
+    std::erase_if(heard_, [&](const auto& reply) { return reply.first.first == fact.gateway; });
     for (auto& [call, story] : calls_) {
       story.forgotten = story.forgotten || (story.ended && story.gateway == fact.gateway);
     }

@@ -8,7 +8,7 @@
 namespace millrace::tests::simulation {
 
 std::vector<std::string> OutcomeCheck::on(const Fact& fact, Time now) {
-  std::visit([&](const auto& one) { on(one, now); }, fact);
+  std::visit([&](const auto& kind) { on(kind, now); }, fact);
   return {};
 }
 
@@ -106,7 +106,7 @@ void OutcomeCheck::on(const Ended& fact, Time) {
 }
 
 void OutcomeCheck::on(const JournalLost& fact, Time) {
-  std::erase_if(known_, [&](const auto& one) { return one.second.gateway == fact.gateway; });
+  std::erase_if(known_, [&](const auto& known) { return known.second.gateway == fact.gateway; });
 }
 
 std::set<OutcomeCheck::Verdict> OutcomeCheck::outcomes_of(const KnownCall& known) {
@@ -148,8 +148,8 @@ std::vector<std::string> OutcomeCheck::at_the_end() {
     const std::set<Verdict> outcomes = outcomes_of(known);
     if (!outcomes.contains(observed)) {
       std::vector<std::string_view> names;
-      for (const Verdict one : outcomes) {
-        names.push_back(name_of(one));
+      for (const Verdict verdict : outcomes) {
+        names.push_back(name_of(verdict));
       }
       violations.push_back(fmt::format("an observer takes {} for {}, but it is {}", id.to_string(),
                                        name_of(observed), fmt::join(names, " or ")));

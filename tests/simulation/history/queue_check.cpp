@@ -8,7 +8,7 @@
 namespace millrace::tests::simulation {
 
 std::vector<std::string> QueueCheck::on(const Fact& fact, Time) {
-  std::visit([this](const auto& one) { on(one); }, fact);
+  std::visit([this](const auto& kind) { on(kind); }, fact);
   return std::exchange(violations_, {});
 }
 
@@ -37,8 +37,8 @@ void QueueCheck::on(const MessageWritten& fact) {
 
 void QueueCheck::on(const MessagesGone& fact) {
   for (const std::uint64_t message : fact.messages) {
-    if (Message* const one = find(rings_[fact.key], message)) {
-      one->pardoned = true;
+    if (Message* const written = find(rings_[fact.key], message)) {
+      written->pardoned = true;
     }
   }
 }
@@ -46,16 +46,16 @@ void QueueCheck::on(const MessagesGone& fact) {
 void QueueCheck::on(const MessagesRead& fact) {
   Ring& ring = rings_[fact.key];
   for (const std::uint64_t number : fact.messages) {
-    const Message* const one = find(ring, number);
-    if (one == nullptr || one->pardoned) {
+    const Message* const message = find(ring, number);
+    if (message == nullptr || message->pardoned) {
       continue;
     }
     if (ring.when_answered) {
-      expect(one->answered_by.contains(fact.gateway),
+      expect(message->answered_by.contains(fact.gateway),
              "LastGet of {} covers message {}, which gateway {} has not brought to its answer",
              fact.key.to_string(), number, fact.gateway);
     } else {
-      expect(one->taken_by.contains(fact.gateway),
+      expect(message->taken_by.contains(fact.gateway),
              "LastGet of {} covers message {}, which is not in the journal of gateway {}",
              fact.key.to_string(), number, fact.gateway);
     }
@@ -67,8 +67,8 @@ void QueueCheck::on(const OutcomeUnknown& fact) {
   Ring& ring = rings_[fact.key];
   ring.muddled = true;
   ring.misleading = true;
-  for (Message& one : ring.messages) {
-    one.pardoned = true;
+  for (Message& message : ring.messages) {
+    message.pardoned = true;
   }
 }
 
@@ -93,9 +93,10 @@ void QueueCheck::on(const MessageJournalled& fact) {
 void QueueCheck::on(const MessageEnded& fact) {
   Ring& ring = rings_[fact.key];
   const auto number = ring.numbers.find({fact.gateway, fact.number});
-  if (Message* const one = number == ring.numbers.end() ? nullptr : find(ring, number->second)) {
-    one->answered = true;
-    one->answered_by.insert(fact.gateway);
+  if (Message* const message =
+          number == ring.numbers.end() ? nullptr : find(ring, number->second)) {
+    message->answered = true;
+    message->answered_by.insert(fact.gateway);
   }
 }
 
@@ -109,9 +110,9 @@ void QueueCheck::on(const ProgramAsked& fact) {
   const auto& [key, gateway] = name->second;
   Ring& ring = rings_[key];
   const auto number = ring.numbers.find({gateway, fact.request.state});
-  Message* const one = number == ring.numbers.end() ? nullptr : find(ring, number->second);
-  if (one != nullptr && one->calls[gateway].uuid != fact.request.uuid) {
-    Message::Called& called = one->calls[gateway];
+  Message* const message = number == ring.numbers.end() ? nullptr : find(ring, number->second);
+  if (message != nullptr && message->calls[gateway].uuid != fact.request.uuid) {
+    Message::Called& called = message->calls[gateway];
     called = {fact.request.uuid, called.services + 1, {}};
     // Also behind a later message whose call the journal lost before anything relied on it.
     std::uint64_t& last = ring.claimed[gateway];
@@ -131,16 +132,16 @@ void QueueCheck::on(const Claimed& fact) {
     return;
   }
   const std::uint64_t message = number->second;
-  Message* const one = find(ring, message);
-  if (one == nullptr) {
+  Message* const shown = find(ring, message);
+  if (shown == nullptr) {
     return;
   }
-  Message::Called& called = one->calls[gateway];
+  Message::Called& called = shown->calls[gateway];
   if (called.uuid != fact.request.uuid) {
     called = {fact.request.uuid, called.services + 1, {}};
   }
   calls_[fact.call] = {gateway, key, message, losses_[gateway], called.services};
-  if (!one->pardoned) {
+  if (!shown->pardoned) {
     std::uint64_t& last = ring.claimed[gateway];
     expect(message >= last, "message {} of {} is called after message {}", message, key.to_string(),
            last);
@@ -154,11 +155,11 @@ void QueueCheck::on(const Started& fact) {
     return;
   }
   const Origin& origin = call->second;
-  Message* const one = find(rings_[origin.key], origin.message);
-  if (one == nullptr || one->pardoned) {
+  Message* const message = find(rings_[origin.key], origin.message);
+  if (message == nullptr || message->pardoned) {
     return;
   }
-  Message::Called& called = one->calls[origin.gateway];
+  Message::Called& called = message->calls[origin.gateway];
   if (called.services == origin.services) {
     called.first = called.first.value_or(call->first);
     expect(*called.first == call->first, "message {} of {} runs as {} and again as {}",
@@ -169,11 +170,11 @@ void QueueCheck::on(const Started& fact) {
 
 void QueueCheck::on(const JournalLost& fact) {
   for (auto& [key, ring] : rings_) {
-    for (Message& one : ring.messages) {
-      if (ring.repeats || (!ring.when_answered && one.taken_by.contains(fact.gateway))) {
-        one.pardoned = true;
+    for (Message& message : ring.messages) {
+      if (ring.repeats || (!ring.when_answered && message.taken_by.contains(fact.gateway))) {
+        message.pardoned = true;
       }
-      one.calls.erase(fact.gateway);
+      message.calls.erase(fact.gateway);
     }
     ring.claimed.erase(fact.gateway);
     // A message in the element of one whose end the journal has lost may be taken for it.
@@ -185,9 +186,9 @@ void QueueCheck::on(const JournalLost& fact) {
 std::vector<std::string> QueueCheck::at_the_end() {
   for (const auto& [key, ring] : rings_) {
     for (std::size_t i = 0; i < ring.messages.size(); ++i) {
-      const Message& one = ring.messages[i];
-      expect(one.pardoned || one.answered, "I5: message {} of {}, \"{}\", is lost", i + 1,
-             key.to_string(), one.text);
+      const Message& message = ring.messages[i];
+      expect(message.pardoned || message.answered, "I5: message {} of {}, \"{}\", is lost", i + 1,
+             key.to_string(), message.text);
     }
   }
   return std::exchange(violations_, {});

@@ -56,8 +56,9 @@ class MachineChannel {
   /// request.
   [[nodiscard]] bool moved_on_since(Time time, GatewayNumber gateway) const {
     return moved_on_ > time || (asked_ > time && gave_up_before_) ||
-           (asked_ > time &&
-            std::ranges::any_of(wrote_before_, [&](GatewayNumber one) { return one != gateway; }));
+           (asked_ > time && std::ranges::any_of(wrote_before_, [&](GatewayNumber gateway_number) {
+              return gateway_number != gateway;
+            }));
   }
   /// A write of an answer is acknowledged and lost, which holds until a later release succeeds.
   void set_lost_by(std::optional<GatewayNumber> gateway) { lost_by_ = gateway; }

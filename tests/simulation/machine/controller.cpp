@@ -31,8 +31,8 @@ void Controller::add_queue(RingPlan plan, Random random) {
 }
 
 MessageRing& Controller::queue(const std::string& name) const {
-  return **std::ranges::find(rings_, name, [](const auto& one) -> const std::string& {
-    return one->plan().settings.name;
+  return **std::ranges::find(rings_, name, [](const auto& ring) -> const std::string& {
+    return ring->plan().settings.name;
   });
 }
 

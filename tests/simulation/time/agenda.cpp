@@ -6,22 +6,22 @@
 namespace millrace::tests::simulation {
 
 void Agenda::at(Time when, const Plan& plan, std::function<void()> act) {
-  NcEvent one;
-  one.at = std::max(when, now_);
-  one.number = ++planned_;
-  one.parties = plan.parties;
-  one.reads = plan.reads;
-  one.timer = plan.timer;
-  one.lane = plan.lane;
-  one.lives = plan.lives;
-  one.lives.first_planned_in = plan.lives.first != nullptr ? *plan.lives.first : 0;
-  one.lives.second_planned_in = plan.lives.second != nullptr ? *plan.lives.second : 0;
-  one.act = std::move(act);
+  NcEvent event;
+  event.at = std::max(when, now_);
+  event.number = ++planned_;
+  event.parties = plan.parties;
+  event.reads = plan.reads;
+  event.timer = plan.timer;
+  event.lane = plan.lane;
+  event.lives = plan.lives;
+  event.lives.first_planned_in = plan.lives.first != nullptr ? *plan.lives.first : 0;
+  event.lives.second_planned_in = plan.lives.second != nullptr ? *plan.lives.second : 0;
+  event.act = std::move(act);
   if (order_ != nullptr) {
-    waiting_.push_back(std::move(one));
+    waiting_.push_back(std::move(event));
     order_->planned(waiting_.back(), plan.means);
   } else {
-    keep(std::move(one));
+    keep(std::move(event));
   }
 }
 
@@ -50,7 +50,7 @@ std::optional<NcEvent> Agenda::take() {
     return std::move(waiting_[place]);
   }
   // A walk need not try orders in which nothing happens.
-  std::erase_if(waiting_, [](const NcEvent& one) { return one.lives.over(); });
+  std::erase_if(waiting_, [](const NcEvent& event) { return event.lives.over(); });
   const auto chosen = waiting_.empty() ? std::nullopt : order_->choose(waiting_, now_);
   if (!chosen) {
     return std::nullopt;

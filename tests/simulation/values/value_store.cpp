@@ -51,8 +51,8 @@ void ValueStore::on_told(Time made) {
 
 Time ValueStore::longest_way_since(Time then) const {
   Time longest{};
-  for (auto one = told_.rbegin(); one != told_.rend() && one->at >= then; ++one) {
-    longest = std::max(longest, one->way);
+  for (auto value = told_.rbegin(); value != told_.rend() && value->at >= then; ++value) {
+    longest = std::max(longest, value->way);
   }
   return longest;
 }
@@ -77,8 +77,8 @@ Answer ValueStore::answer(const Question& question) {
     made.found = std::move(all);
   } else if (const auto* read = std::get_if<data::Read>(&question.step)) {
     std::vector<Sampler::Answer> all;
-    for (const cnc::variables::Reading& one : read->readings) {
-      all.emplace_back(bytes_of(*value_of({one.input.begin(), one.input.end()})));
+    for (const cnc::variables::Reading& reading : read->readings) {
+      all.emplace_back(bytes_of(*value_of({reading.input.begin(), reading.input.end()})));
     }
     made.found = std::move(all);
   } else if (const auto* write = std::get_if<variables::WriteOne>(&question.step)) {

@@ -103,7 +103,7 @@ void ValueUser::on_reply(const fabric::VariableReply& reply) {
   }
   const auto& controller =
       *std::ranges::find(plant_.controllers(), open.request.key.machine,
-                         [](const auto& one) -> const std::string& { return one->name(); });
+                         [](const auto& machine) -> const std::string& { return machine->name(); });
   const bool writes = open.request.action == fabric::VariableAction::write;
   const unsigned times = writes ? controller->values().times_written(open.number) : 0;
   if (times > 1 || (writes && reply.done && times == 0)) {

@@ -120,9 +120,9 @@ class AdsControllerTest : public testing::Test, public machines::ControllerEvent
 
   void connect() {
     settings::MachineSettings settings;
-    settings.tcp_port = port;
+    settings.controller.tcp_port = port;
     settings.channels = named_channels;
-    settings.security = security;
+    settings.controller.security = security;
     sut = std::make_unique<shell::AdsController>(io.get_executor(), settings, *this,
                                                  base::program::no_log());
     sut->start();
@@ -404,9 +404,9 @@ class ValueRequests : public testing::Test {
   data::Read reading_of(const std::vector<std::string>& names) {
     data::Read read;
     const machines::Answer known = ask(data::Resolve{1, names});
-    for (const auto& one : std::get<std::vector<data::Sampler::Resolved>>(known.found)) {
-      EXPECT_TRUE(one);
-      read.readings.push_back(one.value());
+    for (const auto& resolved : std::get<std::vector<data::Sampler::Resolved>>(known.found)) {
+      EXPECT_TRUE(resolved);
+      read.readings.push_back(resolved.value());
     }
     return read;
   }

@@ -80,6 +80,9 @@ class ChannelFixture final : public ServiceAccess, public CallTopics, public Rec
     }
   }
 
+  /// A new channel of the same controller.
+  void renew() { sut.emplace(fabric::ChannelKey{"cnc", 1}, *this, *context, controller); }
+
   /// The gateway's process is killed and restarts; only journal and channel survive.
   void restart() {
     todo_.clear();
@@ -87,7 +90,8 @@ class ChannelFixture final : public ServiceAccess, public CallTopics, public Rec
     stop = false;
     sut.reset();
     context.emplace(*this, *this);
-    sut.emplace(fabric::ChannelKey{"cnc", 1}, *this, *context);
+    controller = {};
+    renew();
     for (const CallRecord& call : journal_state.open_calls()) {
       sut->resume(call, policy);
     }
@@ -123,9 +127,9 @@ class ChannelFixture final : public ServiceAccess, public CallTopics, public Rec
   }
   [[nodiscard]] fabric::Reply interim(const std::string& text, std::uint32_t state,
                                       std::uint8_t number = 1) const {
-    fabric::Reply one = reply(text, state, number);
-    one.kind = fabric::ReplyKind::interim;
-    return one;
+    fabric::Reply interim = reply(text, state, number);
+    interim.kind = fabric::ReplyKind::interim;
+    return interim;
   }
 
   /// The program calls, and instance 1 has the call.
@@ -200,7 +204,9 @@ class ChannelFixture final : public ServiceAccess, public CallTopics, public Rec
 
   tests::ServiceInterface channel;
   std::optional<channel::ChannelContext> context{std::in_place, *this, *this};
-  std::optional<channel::Channel> sut{std::in_place, fabric::ChannelKey{"cnc", 1}, *this, *context};
+  ControllerReads controller{};
+  std::optional<channel::Channel> sut{std::in_place, fabric::ChannelKey{"cnc", 1}, *this, *context,
+                                      controller};
   journal::JournalState journal_state;
   Moment now;
   fabric::Delivery delivery = fabric::Delivery::at_least_once;
@@ -283,20 +289,20 @@ class ChannelFixture final : public ServiceAccess, public CallTopics, public Rec
       sut->on_read(channel.read(set), now);
     });
   }
-  void write(const fabric::ChannelKey&, const Write& one, Moment) override {
-    todo_.emplace_back([this, one] { carry_out(one); });
+  void write(const fabric::ChannelKey&, const Write& write, Moment) override {
+    todo_.emplace_back([this, write] { carry_out(write); });
   }
-  void carry_out(const Write& one) {
+  void carry_out(const Write& write) {
     if (interrupted()) {
       return;
     }
     const WriteResult result_now = write_result();
     if (result_now.executed) {
-      channel.write(one.variable, one.value);
-      const auto* state = std::get_if<std::uint32_t>(&one.value);
+      channel.write(write.variable, write.value);
+      const auto* state = std::get_if<std::uint32_t>(&write.value);
       writes.push_back(fmt::format(
-          "{}={}", name_of(one.variable).substr(12),
-          state != nullptr ? std::to_string(*state) : std::get<std::string>(one.value)));
+          "{}={}", name_of(write.variable).substr(12),
+          state != nullptr ? std::to_string(*state) : std::get<std::string>(write.value)));
     }
     if (!interrupted()) {
       sut->on_write(result_now.outcome, "test", now);

@@ -87,7 +87,7 @@ TEST_P(ClearingKernel, GetsEachRequestAnsweredOnceWithItsOwnAnswer) {
                           .request_state_after = delay,
                           .response_state_after = delay,
                           .kernel_clears_after = std::chrono::milliseconds(clears_after)});
-  fixture.sut->set_intervals({.kernel_clears_request_state = configured});
+  fixture.controller.intervals.kernel_clears_request_state = configured;
   fixture.link_up();
   QuickProgram program(fixture, changing);
   program.run(10s);
@@ -110,7 +110,7 @@ class Visibility : public testing::Test {
 
 TEST_F(Visibility, AnAnswerIsJournalledAsOpenUntilARequestThatTheKernelClearsIsOver) {
   fixture.emplace(tests::KernelRules{.kernel_clears_after = 1h});
-  sut().set_intervals({.kernel_clears_request_state = true});
+  fixture->controller.intervals.kernel_clears_request_state = true;
   fixture->dispatched_call();
   reply(fixture->reply("1.414", 1));
   EXPECT_THAT(fixture->writes, ElementsAre("RESPONSE=1.414", "RESPONSE_STATE=1"));
@@ -135,7 +135,7 @@ class ALateRelease : public Visibility {
  protected:
   ALateRelease() {
     fixture.emplace(tests::KernelRules{.response_state_after = 10ms, .kernel_clears_after = 30ms});
-    sut().set_intervals({.kernel_clears_request_state = true});
+    fixture->controller.intervals.kernel_clears_request_state = true;
     fixture->dispatched_call();
     reply(fixture->reply("1.414", 1));
     fixture->channel.set_request_state(0);
@@ -177,7 +177,7 @@ TEST_F(ALateRelease, OfARepeatedCallIsNotFollowedByItsSecondAnswer) {
 
 TEST_F(Visibility, ADrainedChannelWaitsUntilItsLastRequestIsOver) {
   fixture.emplace(tests::KernelRules{.kernel_clears_after = 500ms});
-  sut().set_intervals({.kernel_clears_request_state = true});
+  fixture->controller.intervals.kernel_clears_request_state = true;
   fixture->dispatched_call();
   reply(fixture->reply("1.414", 1));
   sut().drain(fixture->now);
@@ -314,12 +314,10 @@ TEST_F(Visibility, ARequestIsReadTwiceAsFarApartAsTheControllerShowsWritesLate) 
 
 TEST_F(Visibility, ChannelsShareWhatIsKnownOfAController) {
   const tests::KernelRules rules{.kernel_clears_after = 1ms};
-  const auto effects = std::make_shared<WriteEffects>();
   fixture.emplace(rules);
   // The first answer writes 0 twice, the two after it once.
   for (const auto time : {3100ms, 1100ms, 1100ms, 100ms, 100ms}) {
-    fixture->sut.emplace(fabric::ChannelKey{"cnc", 1}, *fixture, *fixture->context, ReadIntervals{},
-                         effects);
+    fixture->renew();
     fixture->dispatched_call();
     reply(fixture->reply("1.414", 1));
     fixture->wait(time);
@@ -382,11 +380,8 @@ TEST_F(Visibility, AControllerThatHasShownZeroThriceIsWaitedForAlsoWhereAZeroIsL
 // Its programs gave up after 30 s, before the gateway did, and no call was answered any more. Found
 // by the simulation.
 TEST_F(Visibility, AControllerIsNotExpectedToShowZeroAfterAnAnswerThatWasWrittenForLong) {
-  const auto effects = std::make_shared<WriteEffects>();
-  effects->clearings_shown = 3;
   fixture.emplace(tests::KernelRules{.kernel_clears_after = 1ms});
-  fixture->sut.emplace(fabric::ChannelKey{"cnc", 1}, *fixture, *fixture->context, ReadIntervals{},
-                       effects);
+  fixture->controller.effects.clearings_shown = 3;
   fixture->dispatched_call();
   reply(fixture->reply("1.414", 1));
   fixture->wait(10s);

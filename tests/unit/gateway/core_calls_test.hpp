@@ -206,10 +206,10 @@ class RecordedCore {
   static constexpr std::chrono::milliseconds listens{300};
 
   static settings::MachineSettings machine() {
-    settings::MachineSettings one;
-    one.name = "cnc";
-    one.watch = SubscriptionMode::poll;
-    return one;
+    settings::MachineSettings machine_settings;
+    machine_settings.name = "cnc";
+    machine_settings.watch = SubscriptionMode::poll;
+    return machine_settings;
   }
   template <typename Step>
   Actions done(Moment now, Step step) {
@@ -236,15 +236,15 @@ class CoreCallsTest : public testing::Test {
   inline static const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
 
   static fabric::InstanceIdentity instance(std::uint8_t number) {
-    fabric::InstanceIdentity one;
-    one.id.bytes.fill(number);
-    one.uuid = uuid;
-    return one;
+    fabric::InstanceIdentity identity;
+    identity.id.bytes.fill(number);
+    identity.uuid = uuid;
+    return identity;
   }
   static fabric::InstanceIdentity at_most_once(std::uint8_t number) {
-    fabric::InstanceIdentity one = instance(number);
-    one.delivery = fabric::Delivery::at_most_once;
-    return one;
+    fabric::InstanceIdentity identity = instance(number);
+    identity.delivery = fabric::Delivery::at_most_once;
+    return identity;
   }
 
   CoreCallsTest() { journal_state.apply(NumbersEntry{7, 1000}); }
@@ -270,8 +270,8 @@ class CoreCallsTest : public testing::Test {
   /// Confirms the records in `actions`; returns the resulting actions.
   Actions confirm(const Actions& actions) {
     Actions all;
-    for (const Action& one : actions) {
-      if (const auto* record = std::get_if<Record>(&one)) {
+    for (const Action& action : actions) {
+      if (const auto* record = std::get_if<Record>(&action)) {
         journal_state.apply(record->entry);
         std::ranges::copy(sut->on_recorded(record->ticket, now), std::back_inserter(all));
       }
@@ -336,8 +336,8 @@ class CoreCallsTest : public testing::Test {
   template <typename Wanted>
   static std::vector<Wanted> all(const Actions& actions) {
     std::vector<Wanted> found;
-    for (const Action& one : actions) {
-      if (const auto* wanted = std::get_if<Wanted>(&one)) {
+    for (const Action& action : actions) {
+      if (const auto* wanted = std::get_if<Wanted>(&action)) {
         found.push_back(*wanted);
       }
     }

@@ -69,9 +69,9 @@ TEST_F(CoreCallsTest, ShowsThatItHasNotDispatchedTheCallThatItLeaves) {
 TEST_F(CoreCallsTest, ReportsAtItsEndWhichCallsItHasNotDispatched) {
   start();
   link_up();
-  auto one = instance(1);
-  one.concurrency = 1;
-  sut->on_instance_ready(one, now);
+  auto identity = instance(1);
+  identity.concurrency = 1;
+  sut->on_instance_ready(identity, now);
   confirm(request(2));
   request(1);
   const auto actions = sut->end(now);

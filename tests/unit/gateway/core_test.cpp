@@ -8,7 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "gateway/core/timers.hpp"
+#include "gateway/core/channel_table.hpp"
 #include "gateway/machines/stall_detector.hpp"
 #include "tests/unit/gateway/core_calls_test.hpp"
 #include "tests/unit/gateway/ports.hpp"
@@ -256,54 +256,86 @@ INSTANTIATE_TEST_SUITE_P(
               }},
         Input{"on_answer", [](Core& core) { core.on_answer(first_channel, {}, {}); }},
         Input{"on_retry", [](Core& core) { core.on_retry(first_channel, {}, "operator"); }}),
-    [](const auto& one) { return one.param.name; });
+    [](const auto& tested) { return tested.param.name; });
 
-class TimersOfChannels : public testing::Test {
+class ChannelTableTest : public testing::Test {
  protected:
+  ChannelTableTest() {
+    sut.open(first, access, context);
+    sut.open(second, access, context);
+  }
+
+  std::vector<fabric::ChannelKey> due(SteadyTime now) {
+    std::vector<fabric::ChannelKey> keys;
+    for (const channel::Channel* const channel : sut.take_due(now)) {
+      keys.push_back(channel->key());
+    }
+    return keys;
+  }
+
   const SteadyTime start{1h};
   const fabric::ChannelKey first{"cnc", 1};
   const fabric::ChannelKey second{"cnc", 2};
-  Timers sut;
+  RecordedPorts ports;
+  MessageQueues access{ports, ports};
+  channel::ChannelContext context{ports, ports};
+  ChannelTable sut;
 };
 
-TEST_F(TimersOfChannels, AreDueOnceInTheOrderOfTheirTimes) {
-  sut.set(first, start + 2s);
-  sut.set(second, start + 1s);
-  EXPECT_EQ(sut.next(), start + 1s);
-  EXPECT_THAT(sut.take_due(start), IsEmpty());
-  EXPECT_THAT(sut.take_due(start + 2s), ElementsAre(second, first));
-  EXPECT_THAT(sut.take_due(start + 2s), IsEmpty());
-  EXPECT_EQ(sut.next(), std::nullopt);
+TEST_F(ChannelTableTest, HasDueChannelsOnceInTheOrderOfTheirTimes) {
+  sut.wake_at(first, start + 2s);
+  sut.wake_at(second, start + 1s);
+  EXPECT_EQ(sut.next_time(), start + 1s);
+  EXPECT_THAT(due(start), IsEmpty());
+  EXPECT_THAT(due(start + 2s), ElementsAre(second, first));
+  EXPECT_THAT(due(start + 2s), IsEmpty());
+  EXPECT_EQ(sut.next_time(), std::nullopt);
 }
 
-TEST_F(TimersOfChannels, AreDueEarlierIfTheyAreSetEarlier) {
-  sut.set(first, start + 2s);
-  sut.set(first, start + 1s);
-  EXPECT_EQ(sut.next(), start + 1s);
-  EXPECT_THAT(sut.take_due(start + 1s), ElementsAre(first));
-  EXPECT_EQ(sut.next(), std::nullopt);
+TEST_F(ChannelTableTest, WakesAChannelEarlierIfItAsksForThat) {
+  sut.wake_at(first, start + 2s);
+  sut.wake_at(first, start + 1s);
+  EXPECT_EQ(sut.next_time(), start + 1s);
+  EXPECT_THAT(due(start + 1s), ElementsAre(first));
+  EXPECT_EQ(sut.next_time(), std::nullopt);
 }
 
-TEST_F(TimersOfChannels, AreLeftWhereTheyStandIfTheyAreSetLater) {
-  sut.set(first, start + 1s);
-  sut.set(first, start + 2s);
-  EXPECT_THAT(sut.take_due(start + 1s), ElementsAre(first));
-  sut.set(first, start + 2s);
-  EXPECT_EQ(sut.next(), start + 2s);
+TEST_F(ChannelTableTest, LeavesTheTimeOfAChannelThatAsksForALaterOne) {
+  sut.wake_at(first, start + 1s);
+  sut.wake_at(first, start + 2s);
+  EXPECT_THAT(due(start + 1s), ElementsAre(first));
+  sut.wake_at(first, start + 2s);
+  EXPECT_EQ(sut.next_time(), start + 2s);
 }
 
-TEST_F(TimersOfChannels, AreDueInOneOrderAtOneTime) {
-  sut.set(second, start);
-  sut.set(first, start);
-  EXPECT_THAT(sut.take_due(start), ElementsAre(first, second));
+TEST_F(ChannelTableTest, HasOneOrderOfChannelsThatAreDueTogether) {
+  sut.wake_at(second, start);
+  sut.wake_at(first, start);
+  EXPECT_THAT(due(start), ElementsAre(first, second));
 }
 
-TEST_F(TimersOfChannels, AreNotDueOnceTheChannelIsRemoved) {
-  sut.set(first, start);
+TEST_F(ChannelTableTest, HasEachChannelReadAsOftenAsItsMachineSays) {
+  sut.set({{.name = "cnc", .intervals = {.idle = 900ms}}});
+  channel::Channel& channel = *sut.find(first);
+  channel.on_link_up({start, {}});
+  ServiceSnapshot idle;
+  idle.set = ReadSet::state;
+  channel.on_read(idle, {start, {}});
+  EXPECT_EQ(channel.take_news().wake_at, start + 900ms);
+}
+
+TEST_F(ChannelTableTest, WakesNoChannelThatIsRemoved) {
+  sut.wake_at(first, start);
+  sut.leave(first);
+  EXPECT_EQ(sut.next_over(), std::nullopt);
+  sut.find(first)->drain({start, {}});
+  EXPECT_EQ(sut.next_over(), first);
   sut.remove(first);
   sut.remove(second);
-  EXPECT_EQ(sut.next(), std::nullopt);
-  EXPECT_THAT(sut.take_due(start), IsEmpty());
+  EXPECT_EQ(sut.next_over(), std::nullopt);
+  EXPECT_EQ(sut.find(first), nullptr);
+  EXPECT_EQ(sut.next_time(), std::nullopt);
+  EXPECT_THAT(due(start), IsEmpty());
 }
 
 }  // namespace

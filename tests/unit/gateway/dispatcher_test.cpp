@@ -17,35 +17,36 @@ const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
 constexpr SteadyTime start{std::chrono::hours(1)};
 
 fabric::InstanceId id(std::uint8_t number) {
-  fabric::InstanceId one;
-  one.bytes.fill(number);
-  return one;
+  fabric::InstanceId instance_id;
+  instance_id.bytes.fill(number);
+  return instance_id;
 }
 
 fabric::InstanceIdentity instance(std::uint8_t number) {
-  fabric::InstanceIdentity one;
-  one.id = id(number);
-  one.uuid = uuid;
-  one.name = fmt::format("service{}", number);
-  one.host = "host";
-  one.pid = number;
-  return one;
+  fabric::InstanceIdentity identity;
+  identity.id = id(number);
+  identity.uuid = uuid;
+  identity.name = fmt::format("service{}", number);
+  identity.host = "host";
+  identity.pid = number;
+  return identity;
 }
 
 CallRecord call(std::uint16_t channel, const std::string& wanted = uuid) {
-  CallRecord one;
-  one.id = {1, channel};
-  one.key = {"cnc", channel};
-  one.request = {wanted, "2", 1};
-  return one;
+  CallRecord record;
+  record.id = {1, channel};
+  record.key = {"cnc", channel};
+  record.request = {wanted, "2", 1};
+  return record;
 }
 
-CallRecord dispatched(std::uint16_t channel, std::uint8_t to, std::uint32_t attempt,
-                      fabric::Delivery delivery = fabric::Delivery::at_least_once) {
-  CallRecord one = call(channel);
-  one.attempts.push_back({id(to), attempt});
-  one.delivery = delivery;
-  return one;
+std::shared_ptr<const CallRecord> dispatched(
+    std::uint16_t channel, std::uint8_t to, std::uint32_t attempt,
+    fabric::Delivery delivery = fabric::Delivery::at_least_once) {
+  const auto record = std::make_shared<CallRecord>(call(channel));
+  record->attempts.push_back({id(to), attempt});
+  record->delivery = delivery;
+  return record;
 }
 
 /// "1→2#1": channel 1's call goes to instance 2 as attempt 1; "1 lost", "1 held"; "1: reason".
@@ -109,9 +110,9 @@ TEST_F(DispatcherTest, PrefersTheClosestNameOfAChannel) {
   for (const auto& [number, scope] : {std::pair<std::uint8_t, fabric::ChannelScope>{1, {"cnc", 0}},
                                       {2, {"", 7}},
                                       {3, {"cnc", 7}}}) {
-    auto one = instance(number);
-    one.channels = {scope};
-    sut.on_instance_ready(one);
+    auto identity = instance(number);
+    identity.channels = {scope};
+    sut.on_instance_ready(identity);
   }
   EXPECT_THAT(add(7), ElementsAre("7→3#1"));
   EXPECT_THAT(words(sut.add({.id = {1, 70}, .key = {"cnc", 7}, .request = {uuid, "", 1}})),
@@ -130,9 +131,9 @@ TEST_F(DispatcherTest, DispatchesTheCallsOfAQueueToTheClosestScope) {
   for (const auto& [number, scope] : {std::pair<std::uint8_t, fabric::ChannelScope>{1, {"cnc", 0}},
                                       {2, {"cnc", 7}},
                                       {3, {"cnc.alarms", 7}}}) {
-    auto one = instance(number);
-    one.channels = {scope};
-    const auto given = words(sut.on_instance_ready(one));
+    auto identity = instance(number);
+    identity.channels = {scope};
+    const auto given = words(sut.on_instance_ready(identity));
     // The first instance takes the waiting call.
     EXPECT_EQ(given.empty(), number != 1);
   }
@@ -151,9 +152,9 @@ TEST_F(DispatcherTest, UsesAnInstanceWithoutChannelsIfTheOneThatNamesTheChannelI
 
 TEST_F(DispatcherTest, PrefersTheLeastBusy) {
   for (const std::uint8_t number : {std::uint8_t{1}, std::uint8_t{2}}) {
-    auto one = instance(number);
-    one.concurrency = 10;
-    sut.on_instance_ready(one);
+    auto identity = instance(number);
+    identity.concurrency = 10;
+    sut.on_instance_ready(identity);
   }
   EXPECT_THAT(add(1), ElementsAre("1→1#1"));
   EXPECT_THAT(add(2), ElementsAre("2→2#1"));
@@ -196,9 +197,9 @@ TEST_F(DispatcherTest, DispatchesNoMoreToAnInstanceThanItsConcurrency) {
 }
 
 TEST_F(DispatcherTest, TreatsAConcurrencyOf0AsOne) {
-  auto one = instance(1);
-  one.concurrency = 0;
-  sut.on_instance_ready(one);
+  auto identity = instance(1);
+  identity.concurrency = 0;
+  sut.on_instance_ready(identity);
   EXPECT_THAT(add(1), ElementsAre("1→1#1"));
 }
 
@@ -250,9 +251,9 @@ TEST_F(DispatcherTest, DispatchesNothingNewToAnInstanceThatIsGone) {
 }
 
 TEST_F(DispatcherTest, BlocksAnAtMostOnceCallWhoseInstanceIsLost) {
-  auto one = instance(1);
-  one.delivery = fabric::Delivery::at_most_once;
-  sut.on_instance_ready(one);
+  auto identity = instance(1);
+  identity.delivery = fabric::Delivery::at_most_once;
+  sut.on_instance_ready(identity);
   add(1);
   ready({2});
   sut.on_instance_gone(id(1), start);
@@ -264,13 +265,13 @@ TEST_F(DispatcherTest, BlocksAnAtMostOnceCallWhoseInstanceIsLost) {
 }
 
 TEST_F(DispatcherTest, ReturnsABlockedCallToItsInstance) {
-  auto one = instance(1);
-  one.delivery = fabric::Delivery::at_most_once;
-  sut.on_instance_ready(one);
+  auto identity = instance(1);
+  identity.delivery = fabric::Delivery::at_most_once;
+  sut.on_instance_ready(identity);
   add(1);
   sut.on_instance_gone(id(1), start);
   sut.on_time(start + 100ms);
-  EXPECT_THAT(words(sut.on_instance_ready(one)), ElementsAre("1→1#1"));
+  EXPECT_THAT(words(sut.on_instance_ready(identity)), ElementsAre("1→1#1"));
 }
 
 TEST_F(DispatcherTest, ResumesACallAtTheInstanceThatHadIt) {
@@ -289,7 +290,7 @@ TEST_F(DispatcherTest, ResumesACallAtOnceIfItsInstanceIsKnown) {
 TEST_F(DispatcherTest, ResumesNoCallThatAnOperatorHasRetried) {
   sut.add(call(1));
   EXPECT_THAT(words(sut.resume(dispatched(1, 1, 3), start)), IsEmpty());
-  sut.remove(dispatched(1, 1, 3).id);
+  sut.remove({1, 1});
   EXPECT_THAT(words(sut.on_instance_ready(instance(1))), IsEmpty());
 }
 
@@ -369,9 +370,9 @@ const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
 constexpr SteadyTime start{std::chrono::hours(1)};
 
 fabric::InstanceIdentity instance(std::uint8_t number) {
-  fabric::InstanceIdentity one{.uuid = uuid, .name = fmt::format("service{}", number)};
-  one.id.bytes.fill(number);
-  return one;
+  fabric::InstanceIdentity identity{.uuid = uuid, .name = fmt::format("service{}", number)};
+  identity.id.bytes.fill(number);
+  return identity;
 }
 
 fabric::CallId ours(std::uint64_t number) {
@@ -407,11 +408,11 @@ class DispatcherCapacity : public testing::Test {
     }
   }
   std::vector<std::string> add(std::uint64_t number) {
-    CallRecord one;
-    one.id = ours(number);
-    one.key = {"cnc", static_cast<std::uint16_t>(number)};
-    one.request = {uuid, "2", 1};
-    return words(sut.add(one));
+    CallRecord record;
+    record.id = ours(number);
+    record.key = {"cnc", static_cast<std::uint16_t>(number)};
+    record.request = {uuid, "2", 1};
+    return words(sut.add(record));
   }
   std::vector<std::string> decline(std::uint64_t number, SteadyTime now = start) {
     return words(sut.decline(ours(number), now));

@@ -81,8 +81,9 @@ class ModelDisk final : public JournalFile {
     });
   }
   void confirm(std::vector<Ticket> tickets) override {
-    for (const Ticket& one : tickets) {
-      (one.owner == Ticket::Owner::numbers ? recorded_numbers : recorded).push_back(one.number);
+    for (const Ticket& ticket : tickets) {
+      (ticket.owner == Ticket::Owner::numbers ? recorded_numbers : recorded)
+          .push_back(ticket.number);
     }
   }
   void report_error(const fabric::Message& error) override { errors.push_back(error); }
@@ -155,8 +156,8 @@ class ModelDisk final : public JournalFile {
 
 std::vector<std::uint64_t> open_in(const JournalState& journal_state) {
   std::vector<std::uint64_t> numbers;
-  for (const CallRecord& one : journal_state.open_calls()) {
-    numbers.push_back(one.id.number);
+  for (const CallRecord& record : journal_state.open_calls()) {
+    numbers.push_back(record.id.number);
   }
   return numbers;
 }
@@ -349,15 +350,16 @@ TEST_F(JournalWriterTest, KeepsItsFileIfTheDraftCannotHoldNewEntries) {
 TEST_F(JournalWriterTest, TrustsNoFileAfterAForceThatFailed) {
   open(Sync::always);
   append(1);
+  append(2);
   disk.failure = "cannot be forced";
   disk.finish();
   EXPECT_THAT(recorded, IsEmpty());
   EXPECT_THAT(disk.errors.back(), HasSubstr("cannot be forced"));
   disk.failure.clear();
-  append(2);
+  append(3);
   sut->on_tick();
   disk.finish();
-  EXPECT_THAT(recorded, ElementsAre(1U, 2U));
+  EXPECT_THAT(recorded, ElementsAre(1U, 2U, 3U));
   EXPECT_EQ(disk.new_files, 1U);
 }
 

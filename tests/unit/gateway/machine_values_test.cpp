@@ -47,17 +47,17 @@ class AMachinesValues : public testing::Test {
   }
 
   void request(fabric::VariableAction action, std::uint16_t channel = 1) {
-    fabric::VariableRequest one{.requester = gateway_id(3),
-                                .token = gateway_id(++tokens),
-                                .key = {"press", channel},
-                                .action = action,
-                                .names = {"V.E.A"}};
+    fabric::VariableRequest request{.requester = gateway_id(3),
+                                    .token = gateway_id(++tokens),
+                                    .key = {"press", channel},
+                                    .action = action,
+                                    .names = {"V.E.A"}};
     if (action == fabric::VariableAction::write) {
-      one.values = {{"7"}};
+      request.values = {{"7"}};
     } else if (action == fabric::VariableAction::list) {
-      one.names = {"V.E"};
+      request.names = {"V.E"};
     }
-    sut.on_request(one, ports.time);
+    sut.on_request(request, ports.time);
     pump();
   }
   /// Answers the oldest question.
@@ -289,9 +289,9 @@ TEST_F(AMachinesValues, ReportThatTheLinkIsDownAlsoWhereItNeverWasUp) {
 TEST_F(AMachinesValues, AreGivenUpAfterTheTimeoutOfTheRequest) {
   begin();
   rests_since.reset();
-  fabric::VariableRequest one{
+  fabric::VariableRequest request{
       .token = gateway_id(9), .key = {"press", 1}, .names = {"V.E.A"}, .patience = 10ms};
-  sut.on_request(one, ports.time);
+  sut.on_request(request, ports.time);
   pump();
   EXPECT_THAT(reasons(), IsEmpty());
   pass(10ms);

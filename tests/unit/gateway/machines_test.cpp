@@ -274,7 +274,7 @@ TEST_F(MachinesTest, AreNotStoppedByAnImpossibleOwnershipTime) {
 TEST_F(MachinesTest, InheritNothingOfAnotherControllerOfTheirName) {
   settings::MachineSettings machine;
   machine.name = "cnc";
-  machine.net_id = cnc::ads::NetId{{10, 0, 0, 7, 1, 1}};
+  machine.controller.net_id = cnc::ads::NetId{{10, 0, 0, 7, 1, 1}};
   sut.set({machine}, time);
   time_passes();
   auto namesake = claim(1s);
@@ -458,17 +458,17 @@ TEST_F(ClaimsTest, AreLimitedInNumber) {
   sut.set_address("cnc", "");
   std::size_t taken = 0;
   for (int i = 0; i < 3000; ++i) {
-    auto one = claim(1, 1s);
-    one.machine = "machine" + std::to_string(i);
-    taken += sut.set(one) == Accepted::yes ? 1U : 0U;
+    auto other = claim(1, 1s);
+    other.machine = "machine" + std::to_string(i);
+    taken += sut.set(other) == Accepted::yes ? 1U : 0U;
   }
   EXPECT_EQ(taken, machines::Claims::most_machines);
   taken = 0;
   for (int i = 0; i < 3000; ++i) {
-    auto one = claim(1, 1s);
-    one.gateway.bytes[0] = static_cast<std::uint8_t>(i);
-    one.gateway.bytes[1] = static_cast<std::uint8_t>(i / 256);
-    taken += sut.set(one) == Accepted::yes ? 1U : 0U;
+    auto other = claim(1, 1s);
+    other.gateway.bytes[0] = static_cast<std::uint8_t>(i);
+    other.gateway.bytes[1] = static_cast<std::uint8_t>(i / 256);
+    taken += sut.set(other) == Accepted::yes ? 1U : 0U;
   }
   EXPECT_EQ(taken, machines::Claims::most_gateways) << "ours leave room for others";
   // When one is gone there is room for one more; there is always room for ours.

@@ -227,12 +227,12 @@ class AQueueWithASlowJournal : public testing::Test {
   AQueueWithASlowJournal() { sut.on_up(now); }
 
   static queues::QueueSettings settings() {
-    queues::QueueSettings one;
-    one.name = "alarms";
-    one.array = "SD.ALARMS";
-    one.control = "SD.CONTROL";
-    one.uuid = QueueFixture::uuid;
-    return one;
+    queues::QueueSettings queue;
+    queue.name = "alarms";
+    queue.array = "SD.ALARMS";
+    queue.control = "SD.CONTROL";
+    queue.uuid = QueueFixture::uuid;
+    return queue;
   }
   /// The controller answers all requests for two seconds.
   void work() {
@@ -415,7 +415,7 @@ namespace {
 
 using queues::MessageQueue;
 using Kind = MessageQueues::ChannelEvent::Kind;
-using Wanted = std::map<std::string, std::vector<queues::QueueSettings>>;
+using Wanted = std::vector<settings::MachineSettings>;
 
 // Which message queues are read, and the calls of which are present.
 class OpenedLink final : public SilentLink {
@@ -431,7 +431,7 @@ class MessageQueuesTest : public testing::Test {
     settings.array = "SD.ALARMS";
     settings.control = "SD.CONTROL";
     settings.uuid = "c0ffee00-0000-4000-8000-000000000001";
-    wanted["press"] = {settings};
+    wanted = {{.name = "press", .queues = {settings}}};
     key = settings.key("press");
   }
 
@@ -528,7 +528,7 @@ TEST_F(MessageQueuesTest, ContinueAQueueThatTheConfigurationNamesAgainWhileItsCa
 TEST_F(MessageQueuesTest, FollowAChangedConfigurationAfterBeingReopened) {
   set(wanted);
   up({1});
-  wanted["press"].front().array = "SD.OTHERS";
+  wanted.front().queues.front().array = "SD.OTHERS";
   set(wanted);
   EXPECT_EQ(link.opened, 2);
   set(wanted);

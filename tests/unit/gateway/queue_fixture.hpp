@@ -94,10 +94,10 @@ class QueueFixture : public core::RecordedPorts {
 
   void serve() {
     served = true;
-    fabric::InstanceIdentity one;
-    one.id = gateway_id(service);
-    one.uuid = uuid;
-    todo.push_back([this, one] { core->on_instance_ready(one); });
+    fabric::InstanceIdentity identity;
+    identity.id = gateway_id(service);
+    identity.uuid = uuid;
+    todo.push_back([this, identity] { core->on_instance_ready(identity); });
   }
 
   /// One step; false if there is nothing to do now.

@@ -10,7 +10,7 @@
 #include "base/openssl/key.hpp"
 #include "base/program/command_line.hpp"
 #include "gateway/settings/settings.hpp"
-#include "gateway/shell/certificate_alarms.hpp"
+#include "gateway/shell/alarms.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace millrace::gateway::shell {
@@ -36,7 +36,7 @@ std::string certificate(const std::string& name, std::chrono::sys_seconds until)
 settings::MachineSettings machine(const std::string& name, cnc::ads::Security security) {
   settings::MachineSettings machine;
   machine.name = name;
-  machine.security = std::move(security);
+  machine.controller.security = std::move(security);
   return machine;
 }
 
@@ -84,9 +84,9 @@ TEST(CertificateAlarm, IsAProblemOnceTheCertificateOrTheCaHasEnded) {
                    certificate("works", good), certificate("office", now - 1h), {}, "CX-7"})},
       now);
   ASSERT_EQ(sut.size(), 4U);
-  for (const auto& one : sut) {
-    const bool ended = one.text.text.find("expired on") != std::string::npos;
-    EXPECT_EQ(one.level, ended ? AlarmLevel::problem : AlarmLevel::fine) << one.text.text;
+  for (const auto& alarm : sut) {
+    const bool ended = alarm.text.text.find("expired on") != std::string::npos;
+    EXPECT_EQ(alarm.level, ended ? AlarmLevel::problem : AlarmLevel::fine) << alarm.text.text;
   }
   EXPECT_EQ(std::ranges::count(sut, AlarmLevel::problem, &fabric::Alarm::level), 2);
 }
@@ -172,14 +172,14 @@ constexpr const char* psk = "psk { identity: \"millrace\" password_file: \"press
 
 TEST_F(SecureSettings, HaveThePasswordOfTheFirstLine) {
   const auto sut = read(psk);
-  EXPECT_EQ(sut.security, cnc::ads::Security(cnc::ads::Psk{"millrace", "secret"}));
-  EXPECT_EQ(sut.tcp_port, 8016);
+  EXPECT_EQ(sut.controller.security, cnc::ads::Security(cnc::ads::Psk{"millrace", "secret"}));
+  EXPECT_EQ(sut.controller.tcp_port, 8016);
   EXPECT_EQ(sut.to_string(), "press (CX-123456:8016, 10.0.0.5.1.1, Secure ADS)");
   EXPECT_FALSE(sut.is_open_to_the_network());
 }
 
 TEST_F(SecureSettings, MayHaveAnotherPort) {
-  EXPECT_EQ(read(psk, "port: 18016").tcp_port, 18016);
+  EXPECT_EQ(read(psk, "port: 18016").controller.tcp_port, 18016);
 }
 
 TEST_F(SecureSettings, AreOthersWhenAFileHasChanged) {
@@ -230,7 +230,7 @@ TEST_F(SecureSettings, HaveCertificateKeyAndFingerprint) {
   const std::string hex(64, 'a');
   const auto sut = read(
       "self_signed { certificate: \"press.crt\" key: \"press.key\" fingerprint: \"" + hex + "\" }");
-  const auto& shown = std::get<cnc::ads::SelfSigned>(*sut.security);
+  const auto& shown = std::get<cnc::ads::SelfSigned>(*sut.controller.security);
   EXPECT_THAT(shown.fingerprint, testing::StartsWith("AA:AA:"));
   EXPECT_THAT(shown.key, HasSubstr("PRIVATE KEY"));
 }
@@ -246,7 +246,7 @@ TEST_F(SecureSettings, ExpectTheHostAsCommonNameOfASharedCa) {
   write_certificate();
   const auto sut =
       read("shared_ca { ca: \"press.crt\" certificate: \"press.crt\" key: \"press.key\" }");
-  EXPECT_EQ(std::get<cnc::ads::SharedCa>(*sut.security).common_name, "CX-123456");
+  EXPECT_EQ(std::get<cnc::ads::SharedCa>(*sut.controller.security).common_name, "CX-123456");
 }
 
 TEST_F(SecureSettings, RefuseAKeyOfAnotherCertificate) {
@@ -262,7 +262,7 @@ TEST_F(SecureSettings, ReadCredentialsOfSystemd) {
   const auto sut =
       read("psk { identity: \"millrace\" password_file: \"$CREDENTIALS_DIRECTORY/press.psk\" }");
   ::unsetenv("CREDENTIALS_DIRECTORY");
-  EXPECT_EQ(std::get<cnc::ads::Psk>(*sut.security).password, "secret");
+  EXPECT_EQ(std::get<cnc::ads::Psk>(*sut.controller.security).password, "secret");
   EXPECT_THAT(
       mistake("psk { identity: \"millrace\" password_file: \"$CREDENTIALS_DIRECTORY/press.psk\" }"),
       HasSubstr("LoadCredential=NAME:FILE"));
@@ -271,7 +271,7 @@ TEST_F(SecureSettings, ReadCredentialsOfSystemd) {
 TEST(PlainAds, IsOpenToTheNetworkUnlessItStaysOnThisHost) {
   EXPECT_FALSE(settings::MachineSettings().is_open_to_the_network());
   settings::MachineSettings sut;
-  sut.host = "192.168.10.5";
+  sut.controller.host = "192.168.10.5";
   EXPECT_TRUE(sut.is_open_to_the_network());
 }
 

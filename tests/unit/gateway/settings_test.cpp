@@ -99,9 +99,9 @@ TEST(GatewaySettings, HaveEveryFieldOfAFile) {
   ASSERT_EQ(sut.machines.size(), 2U);
   const settings::MachineSettings& press = sut.machines.front();
   EXPECT_EQ(press.to_string(), "press_1 (press1.hall3:48899, 10.0.0.5.1.1)");
-  EXPECT_EQ(press.source.to_string(), "10.0.0.9.1.1");
+  EXPECT_EQ(press.controller.source.to_string(), "10.0.0.9.1.1");
   EXPECT_THAT(press.channels, ElementsAre(1, 2));
-  EXPECT_EQ(press.intervals.after_answer, std::chrono::milliseconds(1));
+  EXPECT_EQ(press.intervals.active, std::chrono::milliseconds(1));
   EXPECT_EQ(press.intervals.idle, std::chrono::milliseconds(20));
   EXPECT_TRUE(press.intervals.kernel_clears_request_state);
   EXPECT_EQ(press.watch, SubscriptionMode::notify);

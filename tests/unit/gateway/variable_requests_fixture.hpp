@@ -39,23 +39,23 @@ class VariableRequestsTest : public testing::Test {
   }
 
   fabric::VariableRequest request(std::vector<std::string> names, std::uint8_t requester = 1) {
-    fabric::VariableRequest one{
+    fabric::VariableRequest request{
         .requester = id(requester), .key = {"press", 1}, .names = std::move(names)};
-    one.token.bytes[0] = static_cast<std::uint8_t>(++tokens & 0xFF);
-    one.token.bytes[1] = static_cast<std::uint8_t>(tokens >> 8);
-    one.issuer = "she@panel";
-    return one;
+    request.token.bytes[0] = static_cast<std::uint8_t>(++tokens & 0xFF);
+    request.token.bytes[1] = static_cast<std::uint8_t>(tokens >> 8);
+    request.issuer = "she@panel";
+    return request;
   }
   fabric::VariableRequest write(std::vector<std::string> names,
                                 std::vector<std::vector<std::string>> values) {
-    fabric::VariableRequest one = request(std::move(names));
-    one.action = fabric::VariableAction::write;
-    one.values = std::move(values);
-    return one;
+    fabric::VariableRequest entry = request(std::move(names));
+    entry.action = fabric::VariableAction::write;
+    entry.values = std::move(values);
+    return entry;
   }
 
-  void ask(const fabric::VariableRequest& one) {
-    sut->on_request(one, now);
+  void ask(const fabric::VariableRequest& request) {
+    sut->on_request(request, now);
     keep_news();
   }
 
@@ -113,14 +113,14 @@ class VariableRequestsTest : public testing::Test {
       }
       reads.push_back(names);
       sut->on_read(values, 1, true, now);
-    } else if (const auto* one = std::get_if<WriteOne>(&wanted)) {
-      writes.push_back(one->name);
-      if (unwritable == one->name) {
+    } else if (const auto* write = std::get_if<WriteOne>(&wanted)) {
+      writes.push_back(write->name);
+      if (unwritable == write->name) {
         sut->on_written(tl::unexpected(write_error), 1, now);
         return;
       }
-      cnc::ads::ByteReader in(one->value);
-      numbers[one->name] = static_cast<std::int32_t>(in.u32());
+      cnc::ads::ByteReader in(write->value);
+      numbers[write->name] = static_cast<std::int32_t>(in.u32());
       sut->on_written({}, 1, now);
     } else {
       const auto& list = std::get<ListPage>(wanted);
@@ -136,14 +136,14 @@ class VariableRequestsTest : public testing::Test {
 
   void keep_news() {
     Output output = sut->take_output();
-    for (auto& one : output.answers) {
-      answers.push_back(std::move(one));
+    for (auto& answer : output.answers) {
+      answers.push_back(std::move(answer));
     }
-    for (auto& one : output.written) {
-      written.push_back(one);
+    for (auto& write : output.written) {
+      written.push_back(write);
     }
-    for (auto& one : output.lines) {
-      lines.push_back(one.text);
+    for (auto& line : output.lines) {
+      lines.push_back(line.text);
     }
   }
 

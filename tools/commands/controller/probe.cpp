@@ -208,8 +208,8 @@ asio::awaitable<void> ask_controller(MachineSettings machine, Report& report) {
     report.answers.push_back({"route", connected.error().message, Verdict::missing});
     co_return;
   }
-  report.answers.push_back(
-      {"route", fmt::format("requests of NetId {} are answered", machine.source.to_string())});
+  report.answers.push_back({"route", fmt::format("requests of NetId {} are answered",
+                                                 machine.controller.source.to_string())});
   auto found = co_await cnc::variables::probe(*client, machine.symbol);
   std::ranges::move(found.answers, std::back_inserter(report.answers));
   report.channels = found.channels;
@@ -228,9 +228,10 @@ asio::awaitable<Report> probe(ProbeOptions options) {
   if (!options.json) {
     warn_of_the_one_connection(machine);
   }
-  const bool secure = machine.security.has_value();
-  const std::uint16_t plain_port = secure ? MachineSettings().tcp_port : machine.tcp_port;
-  const std::uint16_t secure_port = secure ? machine.tcp_port : cnc::ads::secure_port;
+  const bool secure = machine.controller.security.has_value();
+  const std::uint16_t plain_port =
+      secure ? MachineSettings().controller.tcp_port : machine.controller.tcp_port;
+  const std::uint16_t secure_port = secure ? machine.controller.tcp_port : cnc::ads::secure_port;
   const std::string advice = secure ? "" : ": probe it with --psk, --self-signed or --ca";
   report.answers.push_back(answer_of(report.identity, options.udp_port));
   auto plain = co_await ask_port(options.host, plain_port, "plain ADS", "");
