@@ -172,9 +172,9 @@ std::uint16_t port_of(const std::string& text, const std::string& whole) {
 
 /// A copied block: the calls of its channels would run twice.
 void check_controllers(const std::vector<MachineSettings>& machines, Mistakes& mistakes) {
-  const auto share_a_channel = [](const MachineSettings& one, const MachineSettings& other) {
-    return one.channels.empty() || other.channels.empty() ||
-           std::ranges::any_of(one.channels, [&](std::uint16_t channel) {
+  const auto share_a_channel = [](const MachineSettings& machine, const MachineSettings& other) {
+    return machine.channels.empty() || other.channels.empty() ||
+           std::ranges::any_of(machine.channels, [&](std::uint16_t channel) {
              return std::ranges::find(other.channels, channel) != other.channels.end();
            });
   };
@@ -186,7 +186,7 @@ void check_controllers(const std::vector<MachineSettings>& machines, Mistakes& m
           {{"machine", static_cast<int>(i)}, {"host"}},
           fmt::format("\"{}\" is the controller of machine \"{}\" too; expected another host or "
                       "net_id, or other channels",
-                      machines[i].host, earlier.name));
+                      machines[i].controller.host, earlier.name));
     }
   }
 }
