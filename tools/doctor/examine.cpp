@@ -15,9 +15,11 @@
 #include "fabric/dds/authenticator.hpp"
 #include "fabric/endpoints/discovery.hpp"
 #include "fabric/observer/observer.hpp"
+#include "fabric/participant_identity.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/topics.hpp"
 #include "tools/bus/operator.hpp"
+#include "tools/bus/snapshot.hpp"
 #include "tools/doctor/checks/checks.hpp"
 #include "tools/doctor/clock.hpp"
 #include "tools/doctor/directory.hpp"
@@ -28,8 +30,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// How often arrived samples are taken.
-constexpr auto turn = std::chrono::milliseconds(50);
 /// Enough that one of them meets an idle host.
 constexpr int exchanges = 5;
 constexpr auto patience_for_the_time = std::chrono::milliseconds(1000);
@@ -297,17 +297,25 @@ class Visit {
         observer_(participant_, io_.get_executor(), listener_, fabric::observer::Interest::states),
         found_(found) {}
 
+  /// Longer on a busy host, and while names, processes and endpoints are missing.
   void listen(std::chrono::milliseconds time, AnnouncementReceiver* receiver) {
-    const auto end = Clock::now() + time;
+    bus::ListeningTime listening({.at_least = time, .at_most = 3 * time}, Clock::now());
+    std::size_t known = 0;
     const auto work = boost::asio::make_work_guard(io_);
-    while (Clock::now() < end) {
-      const auto next = std::min(Clock::now() + turn, end);
+    const auto end = [&] { return listening.end(is_a_name_missing()); };
+    while (Clock::now() < end()) {
+      const auto next = std::min(Clock::now() + bus::ListeningTime::look_again, end());
       while (io_.run_one_until(next) != 0) {
       }
+      listening.on_timer(next, Clock::now());
       directory_.drain();
+      const std::size_t found = directory_.participants().size() + directory_.endpoints().size();
+      if (std::exchange(known, found) < found) {
+        listening.on_news(Clock::now());
+      }
       const auto news = discovery_.drain(registry_, Clock::now());
-      for (const auto& one : news.ignored) {
-        found_.ignored.push_back(one.reason);
+      for (const auto& ignored : news.ignored) {
+        found_.ignored.push_back(ignored.reason);
       }
       if (receiver != nullptr) {
         receiver->take();
@@ -334,6 +342,22 @@ class Visit {
   }
 
  private:
+  /// With trust a process announces its name after the proof of its certificate.
+  [[nodiscard]] bool is_a_name_missing() const {
+    if (participant_.authenticator() == nullptr) {
+      return false;
+    }
+    std::set<Handle> named;
+    for (const auto& [handle, endpoint] : directory_.endpoints()) {
+      if (endpoint.topic == fabric::identity_topic_name) {
+        named.insert(endpoint.participant);
+      }
+    }
+    return std::ranges::any_of(directory_.participants(), [&](const auto& seen) {
+      return !seen.second.self && !named.contains(seen.first);
+    });
+  }
+
   boost::asio::io_context io_{1};
   Listener listener_;
   fabric::dds::Participant participant_;
