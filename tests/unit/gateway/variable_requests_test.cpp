@@ -65,6 +65,7 @@ TEST_F(VariableRequestsTest, SharesOneReadAmongEqualRequestsOfACycle) {
   ask(request({"V.E.A"}, 3));
   settle();
   EXPECT_THAT(answers, SizeIs(3));
+  EXPECT_THAT(reads.front(), ElementsAre("V.E.A"));
   const std::size_t asked = reads.size();
   // And within 2 ms of the answer.
   ask(request({"V.E.A"}, 4));
