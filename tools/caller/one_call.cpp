@@ -40,7 +40,8 @@ void OneCall::wait_for_a_service() {
   const auto due = Clock::now() + bus::ListeningTime::look_again;
   grace_.expires_at(due);
   grace_.async_wait([this, due](const boost::system::error_code& error) {
-    if (error) {
+    // A call whose instance is lost waits for the next one.
+    if (error || caller_.is_given_out(call_)) {
       return;
     }
     const auto now = Clock::now();
@@ -49,9 +50,7 @@ void OneCall::wait_for_a_service() {
       wait_for_a_service();
       return;
     }
-    // A draining instance accepts no new call, and finishes its own.
-    const auto why = caller_.why_unserved(order_.uuid, order_.as.value_or(order_.key));
-    if (why && !caller_.is_given_out(call_)) {
+    if (const auto why = caller_.why_unserved(order_.uuid, order_.as.value_or(order_.key))) {
       give_up(*why);
     }
   });
