@@ -22,7 +22,7 @@ Authorization. FOLDER/closed has a line for each connection that the client clos
     /job                202 with Location; the result is there once FOLDER/go exists
     /loop               202 with its own Location, for ever
     /moved              307 to another server
-    /early              answers before it reads the body
+    /early              answers before it reads the body, and closes the connection
     the paths of RAW    what stands there, whether HTTP or not
     GET /health         200, or 500 while FOLDER/sick exists
 """
@@ -123,7 +123,8 @@ def answer(connection, count, method, path, headers, read_body):
     if path == "/second_unread" and count == 2:
         raise Reset
     if path == "/early":
-        connection.sendall(response(409, "too early", "text/plain"))
+        # Else the next call may be under way on this connection when it is closed: it would be lost.
+        connection.sendall(response(409, "too early", "text/plain", "Connection: close"))
         raise Close
     if path == "/loop":
         read_body()
