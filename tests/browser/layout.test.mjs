@@ -151,6 +151,7 @@ for (const [what, view, ready] of [['a recorded call', '#/recordings/shift_1.mca
         await page.waitForSelector(ready);
         // Lines with a word that only English has; names of files are English.
         const lines = await page.$eval('main', (main) => main.innerText.replace(/docs\/\S+/g, '').split('\n').filter((line) => /\b(the|is|are|has|of|and|this|with|to|not|on|at)\b/i.test(line)));
+        assert.doesNotMatch(await textOf(page, 'main'), /`/, 'commands are code');
         if (language === 'en') {
           assert.ok(lines.length > 5, 'the words are those of the English page');
         } else {

@@ -33,7 +33,7 @@ export function said(text, properties = {}) {
 /** A gateway's reason, in the reader's language if there is a translation; a text of others is quoted. */
 export function reasonOf(reason) {
   const known = words.reason(reason ?? '') || (reason?.code && asSentence(reason.text));
-  return reason && (known ? element('p', { class: 'reason' }, visible(known)) : said(textOf(reason), { lang: 'en', class: 'said reason' }));
+  return reason && (known ? element('p', { class: 'reason' }, withCode(known)) : said(textOf(reason), { lang: 'en', class: 'said reason' }));
 }
 
 /** A sentence of a program, in the reader's language if there is a translation. */
@@ -44,8 +44,11 @@ export const asSentence = (text) => (/^[a-z]/.test(text) ? text[0].toUpperCase()
 
 /** The same as an element; `dressed` changes its text. */
 export function explained(sentence, className = null, tag = 'span', dressed = (text) => text) {
-  return element(tag, { class: className, lang: words.reason(sentence) ? null : 'en' }, visible(dressed(inReadersLanguage(sentence))));
+  return element(tag, { class: className, lang: words.reason(sentence) ? null : 'en' }, withCode(dressed(inReadersLanguage(sentence))));
 }
+
+/** What sentences have in backticks, such as commands, is code. */
+const withCode = (text) => text.split(/`([^`]+)`/).map((part, i) => (i % 2 === 1 ? element('code', {}, part) : part));
 
 /** A description list: pairs of term and value; pairs without a value are left out. */
 export function facts(className, pairs) {

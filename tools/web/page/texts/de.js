@@ -398,7 +398,7 @@ export default {
     doRetry: (channel) => `Aufruf auf ${channel} wiederholen`,
     doDrain: (instance) => `${instance} auslaufen lassen`,
     sending: 'Wird gesendet …',
-    done: (detail) => `Erledigt: ${detail}`,
+    done: (detail) => (detail ? `Erledigt: ${detail}` : 'Erledigt.'),
     refused: (detail) => `Abgelehnt: ${detail}`,
     over: 'Dieser Aufruf steht nicht mehr an; es wurde nichts gesendet.',
     sessionOver: 'Die Sitzung ist abgelaufen. Bitte erneut anmelden.',

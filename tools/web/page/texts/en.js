@@ -401,7 +401,7 @@ export default {
     doRetry: (channel) => `Retry call on ${channel}`,
     doDrain: (instance) => `Drain ${instance}`,
     sending: 'Sending …',
-    done: (detail) => `Done: ${detail}`,
+    done: (detail) => (detail ? `Done: ${detail}` : 'Done.'),
     refused: (detail) => `Refused: ${detail}`,
     over: 'This call is no longer pending; nothing was sent.',
     sessionOver: 'Your session has expired. Log in again.',
