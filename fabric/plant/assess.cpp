@@ -14,6 +14,7 @@
 #include "base/messages/catalogue.hpp"
 #include "base/text/quoted.hpp"
 #include "fabric/channel_scope.hpp"
+#include "fabric/common_channel.hpp"
 
 namespace millrace::fabric::plant {
 
@@ -76,17 +77,11 @@ Message restart_of(const MachineStatus& last) {
 }
 
 /// Of two machines with one address.
-bool is_same_controller(const MachineStatus& one, const MachineStatus& other) {
+bool is_same_controller(const MachineStatus& status, const MachineStatus& other) {
   // Each host has a loopback address of its own.
-  const bool is_of_a_host = one.address.starts_with("127.") || one.address.starts_with("localhost");
-  return !is_of_a_host || one.host == other.host;
-}
-
-bool claim_a_common_channel(const MachineStatus& one, const MachineStatus& other) {
-  return one.claims.empty() || other.claims.empty() ||
-         std::ranges::any_of(one.claims, [&](std::uint16_t channel) {
-           return std::ranges::find(other.claims, channel) != other.claims.end();
-         });
+  const bool is_of_a_host =
+      status.address.starts_with("127.") || status.address.starts_with("localhost");
+  return !is_of_a_host || status.host == other.host;
 }
 
 class Assessment {
@@ -221,7 +216,7 @@ class Assessment {
       for (auto each = first; each != last; ++each) {
         const MachineStatus& other = *each->second;
         if (other.machine != status.machine && is_same_controller(other, status) &&
-            claim_a_common_channel(other, status)) {
+            have_common_channel(other.claims, status.claims)) {
           put({.kind = Kind::alarm,
                .machines = {other.machine, status.machine},
                .since = std::max(other.since, status.since),

@@ -10,6 +10,7 @@
 #include "base/program/command_line.hpp"
 #include "base/text/ascii.hpp"
 #include "fabric/channel_scope.hpp"
+#include "fabric/common_channel.hpp"
 #include "gateway/settings/readers.hpp"
 #include "idl/gateway.pb.h"
 
@@ -172,17 +173,12 @@ std::uint16_t port_of(const std::string& text, const std::string& whole) {
 
 /// A copied block: the calls of its channels would run twice.
 void check_controllers(const std::vector<MachineSettings>& machines, Mistakes& mistakes) {
-  const auto share_a_channel = [](const MachineSettings& machine, const MachineSettings& other) {
-    return machine.channels.empty() || other.channels.empty() ||
-           std::ranges::any_of(machine.channels, [&](std::uint16_t channel) {
-             return std::ranges::find(other.channels, channel) != other.channels.end();
-           });
-  };
   for (std::size_t i = 0; i < machines.size(); ++i) {
     for (std::size_t k = 0; k < i; ++k) {
       const MachineSettings& earlier = machines[k];
       mistakes.expect(
-          machines[i].address() != earlier.address() || !share_a_channel(machines[i], earlier),
+          machines[i].address() != earlier.address() ||
+              !fabric::have_common_channel(machines[i].channels, earlier.channels),
           {{"machine", static_cast<int>(i)}, {"host"}},
           fmt::format("\"{}\" is the controller of machine \"{}\" too; expected another host or "
                       "net_id, or other channels",

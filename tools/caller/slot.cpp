@@ -28,9 +28,9 @@ Fd lock(const std::string& name) {
   std::ranges::copy(name, address.sun_path + 1);
   const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size());
   Fd fd(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
-  const bool is_ours =
+  const bool is_locked =
       fd && ::bind(fd.get(), reinterpret_cast<const sockaddr*>(&address), size) == 0;
-  return is_ours ? std::move(fd) : Fd();
+  return is_locked ? std::move(fd) : Fd();
 }
 
 /// Differs between hosts, between two starts of one host, and between network namespaces, since
