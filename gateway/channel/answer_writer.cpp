@@ -56,6 +56,9 @@ AnswerWriter AnswerWriter::resumed(Response response, bool clearing,
 AnswerWriter::Step AnswerWriter::on_read(const ServiceSnapshot& snapshot, RequestStatus status,
                                          const PendingRequest& request, const ReadTime& time) {
   assert(next_ == Step::read && snapshot.set == reads());
+  if (!may_be_released()) {
+    read_.state = snapshot.response_state;
+  }
   if (std::exchange(earlier_run_.all, false)) {
     // By the earlier run, and just now.
     sent_.text.note(time.came);
@@ -67,7 +70,6 @@ AnswerWriter::Step AnswerWriter::on_read(const ServiceSnapshot& snapshot, Reques
   sent_.text.stands = snapshot.has(Variable::response) && snapshot.response == text();
   sent_.zero.stands = snapshot.request_state == 0;
   sent_.state.stands = snapshot.response_state == state();
-  read_.state = snapshot.response_state;
   if (kind_ == Kind::final) {
     note_shown(sent_.text, time);
     note_shown(sent_.zero, time);

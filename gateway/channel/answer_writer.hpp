@@ -223,7 +223,7 @@ class AnswerWriter {
   [[nodiscard]] bool zero_seen() const { return read_.zero_before_release; }
   /// A read has shown the state of the answer after it was written.
   [[nodiscard]] bool state_seen() const { return read_.state_seen; }
-  /// RESPONSE_STATE as the last read has shown it: once it is done, what stood before the release.
+  /// RESPONSE_STATE as the last read before the release has shown it.
   [[nodiscard]] std::uint32_t state_before() const { return read_.state; }
   /// Why the answer is not complete; empty while there is no problem.
   [[nodiscard]] const fabric::Message& problem() const { return report_.problem; }
@@ -278,7 +278,8 @@ class AnswerWriter {
     /// REQUEST_STATE 0, by any writer; and before the release.
     bool zero = false;
     bool zero_before_release = false;
-    /// RESPONSE_STATE in the last read. Its value for the answer before it was written, and after.
+    /// RESPONSE_STATE in the last read before the release. The state of the answer, shown before it
+    /// was written, and after.
     std::uint32_t state = 0;
     bool state_stood = false;
     bool state_seen = false;

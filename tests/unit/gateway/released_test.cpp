@@ -128,6 +128,29 @@ TEST_F(AReleasedAnswer, IsOverWhenTheInterimStateReads0AndOnlyTheProgramCanHaveC
   EXPECT_EQ(read(sut, 0, 0), Found::idle);
 }
 
+// A regression: the reads after the write forgot that the interim state had stood there, and the
+// answer was released again to a program that had taken its request back. Found by the simulation.
+TEST_F(AReleasedAnswer, IsOverWhenTheInterimStateReads0AlsoIfTheOutcomeOfItsReleaseIsUnknown) {
+  AnswerWriter writer(AnswerWriter::Kind::final, Response::of("1.4", 1).value());
+  const auto write = [&](const ServiceSnapshot& shown) {
+    return writer.on_read(shown, compare(shown, request, std::vector<std::uint32_t>{1001}), request,
+                          {now, now});
+  };
+  write({ReadSet::request, request.uuid, "2", 0, 1001, ""});
+  writer.on_written(now);
+  ASSERT_EQ(write({ReadSet::all, request.uuid, "2", 0, 1001, "1.4"}),
+            AnswerWriter::Step::write_state);
+  writer.on_unknown(now);
+  const ServiceSnapshot withdrawn{ReadSet::all, request.uuid, "2", 0, 0, "1.4"};
+  EXPECT_EQ(write(withdrawn), AnswerWriter::Step::read) << "its state may be shown later";
+  now += 1s;
+  ASSERT_EQ(write(withdrawn), AnswerWriter::Step::done);
+  ASSERT_FALSE(writer.may_be_cleared());
+  Released sut(request, writer);
+
+  EXPECT_EQ(read(sut, 0, 0), Found::idle);
+}
+
 TEST_F(AReleasedAnswer, IsAwaitedWhereOurOwn0MayHaveClearedTheInterimState) {
   auto sut = released(true, 1001);
   EXPECT_EQ(read(sut, 0, 0), Found::nothing);
