@@ -1,9 +1,11 @@
 #include "fabric/dds/authenticator.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <mutex>
 #include <optional>
+#include <unordered_map>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -12,6 +14,7 @@
 #include "fabric/dds/trust_watch.hpp"
 #include "fabric/identity_store.hpp"
 #include "fabric/log_limiter.hpp"
+#include "fabric/one_sided_loss.hpp"
 #include "idl/identity.h"
 
 namespace millrace::fabric::dds {
@@ -51,15 +54,18 @@ Qos partitions_qos(const std::vector<std::string>& partitions) {
 
 struct Authenticator::Impl {
   Impl(std::string own_fabric, std::shared_ptr<const Trust> own_trust)
-      : fabric(std::move(own_fabric)), trust(std::move(own_trust)) {}
+      : fabric(std::move(own_fabric)), trust(std::move(own_trust)), loss(trust->patience) {}
   ~Impl();
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
-  void open(dds_entity_t participant, const ProcessInfo& where);
+  void open(dds_entity_t participant, const ProcessInfo& where, std::chrono::milliseconds lease);
   /// Returns the participants that were revoked before and are not in `names`.
   std::vector<std::string> revoke(const std::set<std::string>& names);
   void say(std::string text);
+  /// In the thread of the watch, as find_announced().
+  std::optional<std::string> lost_on_one_side(OneSidedLoss::Clock::time_point now);
+  void find_announced();
 
   // In Cyclone's threads.
   void on_identity(dds_entity_t reader, const dds_subscription_matched_status_t& status) noexcept;
@@ -76,6 +82,7 @@ struct Authenticator::Impl {
 
   mutable std::mutex lock;
   IdentityStore store;
+  OneSidedLoss loss;
   LogLimiter log_limiter;
   std::vector<std::string> said;
 
@@ -91,6 +98,10 @@ struct Authenticator::Impl {
   Entity reader;
   Entity publisher;
   Entity writer;
+  /// Of DCPSParticipant: participants are announced before they are authenticated.
+  Entity announcements;
+  /// Their GUID prefixes. Used by the watch only.
+  std::unordered_map<Handle, std::string> announced;
   /// Last, so that it ends before the objects that it calls.
   std::optional<TrustWatch> watch;
 };
@@ -101,7 +112,11 @@ Authenticator::Impl::~Impl() {
   reader.reset();
 }
 
-void Authenticator::Impl::open(dds_entity_t participant, const ProcessInfo& where) {
+void Authenticator::Impl::open(dds_entity_t participant, const ProcessInfo& where,
+                               std::chrono::milliseconds lease) {
+  announcements = Entity(
+      check(dds_create_reader(participant, DDS_BUILTIN_TOPIC_DCPSPARTICIPANT, nullptr, nullptr),
+            "read DCPSParticipant"));
   topic = Entity(check(dds_create_topic(participant, &millrace_ParticipantIdentity_desc,
                                         identity_topic_name, nullptr, nullptr),
                        fmt::format("create the topic {}", identity_topic_name)));
@@ -128,13 +143,15 @@ void Authenticator::Impl::open(dds_entity_t participant, const ProcessInfo& wher
   writer = Entity(check(dds_create_writer(publisher.handle(), topic.handle(), shown.get(), nullptr),
                         fmt::format("write {} in {}", identity_topic_name,
                                     fmt::join(trust->identity_partitions, ", "))));
-  watch.emplace(trust,
-                TrustWatch::Reported{.revoked =
-                                         [this](const auto& names) {
-                                           look();
-                                           return revoke(names);
-                                         },
-                                     .said = [this](std::string text) { say(std::move(text)); }});
+  watch.emplace(
+      trust, lease,
+      TrustWatch::Reported{.revoked =
+                               [this](const auto& names) {
+                                 look();
+                                 return revoke(names);
+                               },
+                           .lost_on_one_side = [this](auto now) { return lost_on_one_side(now); },
+                           .said = [this](std::string text) { say(std::move(text)); }});
 }
 
 void Authenticator::Impl::on_identity(dds_entity_t own,
@@ -149,11 +166,15 @@ void Authenticator::Impl::on_identity(dds_entity_t own,
         return;
       }
       const std::lock_guard guard(lock);
+      loss.on_authenticated(
+          endpoint->participant_instance_handle,
+          {.guid_prefix = guid_prefix(endpoint->participant_key), .name = identity->name});
       store.add(handle, endpoint->participant_instance_handle, *std::move(identity));
       tell(endpoint->participant_instance_handle);
     } else if (status.current_count_change < 0) {
       const std::lock_guard guard(lock);
       if (const auto left = store.remove(handle)) {
+        loss.on_lost(*left);
         tell(*left);
       }
     }
@@ -217,6 +238,42 @@ std::vector<std::string> Authenticator::Impl::revoke(const std::set<std::string>
   return left_out;
 }
 
+std::optional<std::string> Authenticator::Impl::lost_on_one_side(
+    OneSidedLoss::Clock::time_point now) {
+  find_announced();
+  const std::lock_guard guard(lock);
+  if (!loss.any()) {
+    return std::nullopt;
+  }
+  std::set<std::string> prefixes;
+  for (const auto& [handle, prefix] : announced) {
+    prefixes.insert(prefix);
+  }
+  return loss.find(now, prefixes);
+}
+
+void Authenticator::Impl::find_announced() {
+  constexpr std::size_t most = 64;
+  std::array<void*, most> samples{};
+  std::array<dds_sample_info_t, most> infos{};
+  dds_return_t count = 0;
+  do {
+    samples.fill(nullptr);
+    count = dds_take(announcements.handle(), samples.data(), infos.data(), most, most);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(std::max(count, 0)); ++i) {
+      if (infos[i].instance_state == DDS_IST_ALIVE && infos[i].valid_data) {
+        const auto& sample = *static_cast<const dds_builtintopic_participant_t*>(samples[i]);
+        announced.insert_or_assign(infos[i].instance_handle, guid_prefix(sample.key));
+      } else if (infos[i].instance_state != DDS_IST_ALIVE) {
+        announced.erase(infos[i].instance_handle);
+      }
+    }
+    if (count > 0) {
+      dds_return_loan(announcements.handle(), samples.data(), count);
+    }
+  } while (count > 0);
+}
+
 void Authenticator::Impl::say(std::string text) {
   {
     const std::lock_guard guard(lock);
@@ -226,9 +283,10 @@ void Authenticator::Impl::say(std::string text) {
 }
 
 Authenticator::Authenticator(dds_entity_t participant, const std::string& fabric,
-                             const ProcessInfo& where, std::shared_ptr<const Trust> trust)
+                             const ProcessInfo& where, std::shared_ptr<const Trust> trust,
+                             std::chrono::milliseconds lease)
     : impl_(std::make_unique<Impl>(fabric, std::move(trust))) {
-  impl_->open(participant, where);
+  impl_->open(participant, where, lease);
 }
 
 Authenticator::~Authenticator() = default;

@@ -7,6 +7,7 @@
 // The CRL is read again regularly (fabric/dds/trust_watch.hpp).
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <string>
@@ -24,8 +25,9 @@ namespace millrace::fabric::dds {
 class Authenticator {
  public:
   /// Throws std::runtime_error with Cyclone's reason.
+  /// `lease`: after this time without a packet others take the participant for gone.
   Authenticator(dds_entity_t participant, const std::string& fabric, const ProcessInfo& where,
-                std::shared_ptr<const Trust> trust);
+                std::shared_ptr<const Trust> trust, std::chrono::milliseconds lease);
   ~Authenticator();
   Authenticator(const Authenticator&) = delete;
   Authenticator& operator=(const Authenticator&) = delete;

@@ -119,14 +119,19 @@ ProcessVersion own_version() {
           .highest_wire = highest_wire_version};
 }
 
+std::chrono::milliseconds participant_lease_of(const ParticipantOptions& options) {
+  const bool announces = options.finding == Finding::announces;
+  const std::chrono::milliseconds plain = announces ? 10s : 100s;
+  const std::chrono::milliseconds trusted = announces ? 100s : 110s;
+  return std::max(options.lease,
+                  options.participant_lease.value_or(options.trust ? trusted : plain));
+}
+
 Qos participant_qos(const ParticipantOptions& options) {
   Qos qos(dds_create_qos());
   // A Cyclone extension: on a participant, liveliness sets the lease it announces to others.
-  const std::chrono::milliseconds usual =
-      options.finding == Finding::announces ? 10'000ms : 100'000ms;
-  dds_qset_liveliness(
-      qos.get(), DDS_LIVELINESS_AUTOMATIC,
-      DDS_MSECS(std::max(options.lease, options.participant_lease.value_or(usual)).count()));
+  dds_qset_liveliness(qos.get(), DDS_LIVELINESS_AUTOMATIC,
+                      DDS_MSECS(participant_lease_of(options).count()));
   if (options.trust) {
     // Cyclone announces the true values to every participant. These replace them; the identity's
     // user_data has the true ones.
@@ -170,8 +175,9 @@ Participant::Participant(ParticipantOptions options) : options_(std::move(option
   if (options_.trust) {
     try {
       // Before all other endpoints of this process, so that it is known first.
-      authenticator_ = std::make_unique<Authenticator>(handle_, options_.fabric,
-                                                       process_info_of(options_), options_.trust);
+      authenticator_ =
+          std::make_unique<Authenticator>(handle_, options_.fabric, process_info_of(options_),
+                                          options_.trust, participant_lease_of(options_));
     } catch (...) {
       leave();
       throw;

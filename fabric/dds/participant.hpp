@@ -38,7 +38,9 @@ struct ParticipantOptions {
   /// and Cyclone 0.10.2 crashes if it ends while the endpoints of the process are being discovered.
   /// Nullopt: 10 s for a process that only announces itself, 100 s for one in the discovery group,
   /// since one that has lost a process which it does not receive would not find it again while it
-  /// still has that process's entry.
+  /// still has that process's entry. With trust 100 and 110 s: of two of which one alone has lost
+  /// the other, that one needs a new participant (fabric/one_sided_loss.hpp), and it is to be the
+  /// tool.
   std::optional<std::chrono::milliseconds> participant_lease{};
   Finding finding = Finding::discovers;
   /// The name that tools show.

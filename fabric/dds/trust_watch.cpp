@@ -1,5 +1,6 @@
 #include "fabric/dds/trust_watch.hpp"
 
+#include <ctime>
 #include <utility>
 
 #include <fmt/chrono.h>
@@ -21,10 +22,20 @@ constexpr auto look_every = 1s;
 /// How often the end of the own certificate is reported again.
 constexpr auto tell_again = 15s;
 
+std::chrono::nanoseconds time_slept() {
+  timespec boot{};
+  timespec steady{};
+  ::clock_gettime(CLOCK_MONOTONIC, &steady);
+  ::clock_gettime(CLOCK_BOOTTIME, &boot);
+  return std::chrono::seconds(boot.tv_sec - steady.tv_sec) +
+         std::chrono::nanoseconds(boot.tv_nsec - steady.tv_nsec);
+}
+
 }  // namespace
 
-TrustWatch::TrustWatch(std::shared_ptr<const Trust> trust, Reported told)
-    : trust_(std::move(trust)), told_(std::move(told)) {
+TrustWatch::TrustWatch(std::shared_ptr<const Trust> trust, std::chrono::milliseconds lease,
+                       Reported told)
+    : trust_(std::move(trust)), lease_(lease), told_(std::move(told)), slept_(time_slept()) {
   update_trust();
   thread_ = std::thread([this] { run(); });
   ::pthread_setname_np(thread_.native_handle(), "trust");
@@ -46,6 +57,7 @@ void TrustWatch::run() {
     base::program::contain("checking certificates and the CRL", [this] {
       update_trust();
       check_own_certificate(Clock::now());
+      check_participant(Clock::now());
     });
     guard.lock();
   }
@@ -84,17 +96,43 @@ void TrustWatch::check_own_certificate(Clock::time_point now) {
     return;
   }
   ended_at_ = now;
-  const std::string reason = over ? fmt::format("the certificate of {} expired on {:%F %R} UTC",
-                                                trust_->name, trust_->until)
-                                  : fmt::format("the certificate of {} was revoked", trust_->name);
-  if (trust_->ended) {
-    trust_->ended(reason);
+  report(
+      trust_->ended,
+      over ? fmt::format("the certificate of {} expired on {:%F %R} UTC", trust_->name,
+                         trust_->until)
+           : fmt::format("the certificate of {} was revoked", trust_->name),
+      "from now on no process on the fabric accepts what this one publishes; start it again with "
+      "newer credentials");
+}
+
+void TrustWatch::check_participant(Clock::time_point now) {
+  const auto slept = time_slept();
+  const bool was_lost = slept - std::exchange(slept_, slept) > lease_;
+  const auto lost = told_.lost_on_one_side(now);
+  if (replaced_at_ && (!trust_->needs_new_participant || now - *replaced_at_ < tell_again)) {
+    return;
+  }
+  if (!was_lost && (!lost || now - begin_ < trust_->least_age)) {
+    return;
+  }
+  replaced_at_ = now;
+  report(trust_->needs_new_participant,
+         was_lost
+             ? std::string("the host slept, and the others have lost this process meanwhile")
+             : fmt::format("the network to {} was down for so long that only this side lost the "
+                           "other, and DDS Security never connects the two again",
+                           *lost),
+         "start this process again");
+}
+
+void TrustWatch::report(const std::function<void(const std::string&)>& callback,
+                        const std::string& reason, const std::string& advice) {
+  if (callback) {
+    callback(reason);
     return;
   }
   // The process belongs to the user of the SDK and is not ended.
-  told_.said(reason +
-             ": from now on no process on the fabric accepts what this one publishes; start it "
-             "again with newer credentials");
+  told_.said(fmt::format("{}: {}", reason, advice));
 }
 
 }  // namespace millrace::fabric::dds

@@ -1,7 +1,9 @@
-// Checks regularly which participants are revoked, and whether the own certificate has expired. It
-// has a thread, since Cyclone reads the CRL once and does not report expiry.
+// Checks regularly which participants are revoked, whether the own certificate has expired, and
+// whether this process needs a new participant. It has a thread, since Cyclone reads the CRL once
+// and reports none of the others.
 //
 //   TrustWatch watch(trust, {.revoked = […](const auto& names) { return store.left_out_of(names); },
+//                            .lost_on_one_side = […](auto now) { return loss.find(now, announced); },
 //                            .said = […](std::string text) { … }});
 #pragma once
 
@@ -36,6 +38,15 @@ struct Trust {
   /// Its own certificate has expired or was revoked; called in that thread, repeatedly until the
   /// process has ended. May be empty.
   std::function<void(const std::string& reason)> ended{};
+  /// This participant and another one can never authenticate each other again
+  /// (fabric/one_sided_loss.hpp), or others have lost it while the host slept: only a new
+  /// participant helps. Called in that thread, perhaps repeatedly. May be empty.
+  std::function<void(const std::string& reason)> needs_new_participant{};
+  /// How long a participant that was lost may take to authenticate itself again. A handshake takes
+  /// a tenth of a second; hundreds at once, on a busy host, much longer.
+  std::chrono::seconds patience{30};
+  /// Not before the participant is as old as this: an insider can bring it about.
+  std::chrono::seconds least_age{300};
 };
 
 class TrustWatch {
@@ -44,12 +55,16 @@ class TrustWatch {
     /// Called with the names in the CRL at each check. Returns the names that an earlier CRL listed
     /// and this one does not.
     std::function<std::vector<std::string>(const std::set<std::string>&)> revoked;
+    /// Called at each check. Returns the name of a participant that this one has lost alone.
+    std::function<std::optional<std::string>(std::chrono::steady_clock::time_point)>
+        lost_on_one_side;
     /// A message for people, once.
     std::function<void(std::string)> said;
   };
 
-  /// Checks once before it returns; from then on `told` is called in its thread.
-  TrustWatch(std::shared_ptr<const Trust> trust, Reported told);
+  /// Checks once before it returns; from then on `told` is called in its thread. `lease`: after
+  /// this time without a packet others take the participant for gone.
+  TrustWatch(std::shared_ptr<const Trust> trust, std::chrono::milliseconds lease, Reported told);
   ~TrustWatch();
   TrustWatch(const TrustWatch&) = delete;
   TrustWatch& operator=(const TrustWatch&) = delete;
@@ -58,14 +73,24 @@ class TrustWatch {
   void run();
   void update_trust();
   void check_own_certificate(std::chrono::steady_clock::time_point now);
+  void check_participant(std::chrono::steady_clock::time_point now);
+  /// Calls `callback`, or without one reports `reason` and `advice`.
+  void report(const std::function<void(const std::string&)>& callback, const std::string& reason,
+              const std::string& advice);
 
   const std::shared_ptr<const Trust> trust_;
+  const std::chrono::milliseconds lease_;
   const Reported told_;
   /// The problem with the CRL that was reported last.
   std::string trouble_;
   bool own_revoked_ = false;
   /// When the expiry of our own certificate was reported last.
   std::optional<std::chrono::steady_clock::time_point> ended_at_;
+  /// When the need of a new participant was reported last.
+  std::optional<std::chrono::steady_clock::time_point> replaced_at_;
+  const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+  /// The time that the host has slept since its start, which the steady clock does not count.
+  std::chrono::nanoseconds slept_;
 
   std::mutex end_lock_;
   std::condition_variable end_news_;

@@ -30,6 +30,10 @@ dds::ParticipantOptions read(const std::string& file, const dds::ParticipantOpti
                       "under another name where the certificate was revoked) and start it again",
                       reason));
     };
+    trust->needs_new_participant = [](const std::string& reason) {
+      program::give_up(
+          fmt::format("{}: ending, so that a supervisor starts this process again", reason));
+    };
     options->trust = std::move(trust);
   }
   return *options;

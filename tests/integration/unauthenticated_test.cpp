@@ -52,7 +52,7 @@ TEST_F(UnauthenticatedSamples, CountOnceTheirWriterAnnouncesItsIdentity) {
   claim("press_9");
   // Both have arrived: in one domain object a write returns when its sample has arrived.
   EXPECT_THAT(sut->take(), testing::IsEmpty());
-  const fabric::dds::Authenticator late(there->handle(), "millrace", {}, trust);
+  const fabric::dds::Authenticator late(there->handle(), "millrace", {}, trust, 100s);
   std::map<std::string, Authorization> authorization;
   await("its samples", [&] {
     for (const auto& taken : sut->take()) {
