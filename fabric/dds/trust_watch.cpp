@@ -118,7 +118,7 @@ void TrustWatch::check_participant(Clock::time_point now) {
   replaced_at_ = now;
   report(trust_->needs_new_participant,
          was_lost
-             ? std::string("the host slept, and the others have lost this process meanwhile")
+             ? std::string("the host slept, and the others have lost this process since")
              : fmt::format("the network to {} was down for so long that only this side lost the "
                            "other, and DDS Security never connects the two again",
                            *lost),

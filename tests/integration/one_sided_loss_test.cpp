@@ -67,8 +67,7 @@ class OneSidedLoss : public testing::Test {
   static void await_loss(const Participant& participant, const std::string& name) {
     await("the loss of " + name, [&] { return !knows(participant, name); });
   }
-  /// Nothing that it sends leaves it. (A deaf one would lose nobody: Cyclone then stops its
-  /// leases.)
+  /// Nothing that it sends leaves it. (One that is deaf would lose none.)
   static void set_mute(const Participant& participant, bool mute) {
     ASSERT_EQ(dds_domain_set_deafmute(participant.handle(), false, mute, DDS_INFINITY),
               DDS_RETCODE_OK);

@@ -1,0 +1,80 @@
+#include "fabric/dds/trust_watch.hpp"
+
+#include <mutex>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/await.hpp"
+
+namespace millrace::fabric::dds {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using Clock = std::chrono::steady_clock;
+
+class ATrustWatch : public testing::Test {
+ protected:
+  /// A participant that has lost square-root alone, from its beginning.
+  [[nodiscard]] TrustWatch watch() {
+    return {std::make_shared<const Trust>(trust), 100s,
+            TrustWatch::Reported{.revoked = [](const auto&) { return std::vector<std::string>(); },
+                                 .lost_on_one_side =
+                                     [this](Clock::time_point) {
+                                       const std::lock_guard guard(lock);
+                                       ++checks;
+                                       return std::optional<std::string>("square-root");
+                                     },
+                                 .said = [this](std::string text) { say(std::move(text)); }}};
+  }
+  void say(std::string text) {
+    const std::lock_guard guard(lock);
+    said.push_back(std::move(text));
+  }
+  bool until_said() {
+    tests::await("a report", [this] {
+      const std::lock_guard guard(lock);
+      return !said.empty();
+    });
+    return true;
+  }
+
+  Trust trust{
+      .name = "office",
+      .until = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now() + 24h)};
+  /// For all that follows, which the thread of the watch changes.
+  std::mutex lock;
+  std::vector<std::string> said;
+  int checks = 0;
+};
+
+TEST_F(ATrustWatch, AsksForANewParticipantOnlyWhenThisOneIsOldEnough) {
+  trust.least_age = 3s;
+  trust.needs_new_participant = [this](const std::string& reason) { say(reason); };
+  const auto begin = Clock::now();
+  const TrustWatch sut = watch();
+  ASSERT_TRUE(until_said());
+  EXPECT_GE(Clock::now() - begin, trust.least_age);
+  const std::lock_guard guard(lock);
+  EXPECT_GT(checks, 1);
+  EXPECT_THAT(said, ElementsAre(HasSubstr("the network to square-root was down")));
+}
+
+TEST_F(ATrustWatch, ReportsOnceWhatAProcessOfSomebodyElseNeeds) {
+  trust.least_age = 0s;
+  const TrustWatch sut = watch();
+  ASSERT_TRUE(until_said());
+  tests::await("further checks", [this] {
+    const std::lock_guard guard(lock);
+    return checks > 3;
+  });
+  const std::lock_guard guard(lock);
+  EXPECT_THAT(said,
+              ElementsAre(AllOf(HasSubstr("square-root"), HasSubstr("start this process again"))));
+}
+
+}  // namespace
+}  // namespace millrace::fabric::dds
