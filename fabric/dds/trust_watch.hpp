@@ -43,8 +43,9 @@ struct Trust {
   /// participant helps. Called in that thread, perhaps repeatedly. May be empty.
   std::function<void(const std::string& reason)> needs_new_participant{};
   /// How long a participant that was lost may take to authenticate itself again. A handshake takes
-  /// a tenth of a second; hundreds at once, on a busy host, much longer.
-  std::chrono::seconds patience{30};
+  /// a tenth of a second, hundreds at once much longer. Above each lease: an announcement that
+  /// comes after the end of its participant makes DDS announce it for its lease.
+  std::chrono::seconds patience{120};
   /// Not before the participant is as old as this: an insider can bring it about.
   std::chrono::seconds least_age{300};
 };
