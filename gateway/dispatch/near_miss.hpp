@@ -11,6 +11,8 @@
 #include <string_view>
 #include <vector>
 
+#include "fabric/messages.hpp"
+
 namespace millrace::gateway::dispatch {
 
 /// The text in `known` closest to `text`, if at most four edits away.
