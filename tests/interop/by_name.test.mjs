@@ -7,7 +7,7 @@ import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { Client } from 'ads-client';
 import ads from 'node-ads';
-import { adsClientSettings, startVirtualCnc } from './virtual_cnc.mjs';
+import { adsClientSettings, limit, startVirtualCnc } from './virtual_cnc.mjs';
 
 const sda = 552;
 
@@ -124,7 +124,7 @@ test('node-ads lists symbols and data types', async () => {
     const one = ads.connect(
       {
         host: '127.0.0.1', port: cnc.port, amsNetIdTarget: '127.0.0.1.1.1', amsNetIdSource: '127.0.0.1.3.1',
-        amsPortTarget: sda, timeout: 5000,
+        amsPortTarget: sda, timeout: limit,
       },
       function connected() {
         resolve(this);

@@ -7,8 +7,9 @@ import { mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
+import { setTimeout } from 'node:timers/promises';
 import { Client } from 'ads-client';
-import { adsClientSettings, startVirtualCnc } from './virtual_cnc.mjs';
+import { adsClientSettings, limit, startVirtualCnc } from './virtual_cnc.mjs';
 
 const fields = [
   'tcp.srcport', 'ams.targetnetid', 'ams.targetport', 'ams.sendernetid', 'ams.senderport', 'ams.cmdid',
@@ -91,11 +92,12 @@ before(async () => {
   cnc = await startVirtualCnc();
   capture = await startCapture(file, cnc.port);
   const client = new Client(adsClientSettings(cnc.port, 553));
-  // tshark reports that it captures slightly too early: connect until one connection was seen.
-  for (let i = 0; i < 100 && capture.seen === 0; ++i) {
+  // tshark reports that it captures too early, on a busy host by seconds: connect until one connection was seen.
+  for (const end = Date.now() + limit; capture.seen === 0 && Date.now() < end;) {
     await client.connect();
     await client.readState();
     await client.disconnect();
+    await setTimeout(10);
   }
   await client.connect();
   await client.readDeviceInfo();
@@ -110,7 +112,7 @@ before(async () => {
   await client.unsubscribeAll();
   await client.disconnect();
   const frames = () => decode(file, cnc.port);
-  for (let i = 0; i < 100; ++i) {
+  for (const end = Date.now() + limit; Date.now() < end;) {
     packets = frames();
     if (packets.some((packet) => packet.cmdid === String(deleteNotification) && flagsOf(packet) === 5)) {
       break;

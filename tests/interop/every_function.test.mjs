@@ -5,7 +5,7 @@ import assert from 'node:assert/strict';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { Client } from 'ads-client';
-import { adsClientSettings, startVirtualCnc, testData } from './virtual_cnc.mjs';
+import { adsClientSettings, limit, startVirtualCnc, testData } from './virtual_cnc.mjs';
 
 const geo = 551;
 const sda = 552;
@@ -38,7 +38,7 @@ const refused = (code, call) =>
     return true;
   });
 const until = async (condition) => {
-  for (let i = 0; i < 1000; ++i) {
+  for (const end = Date.now() + limit; Date.now() < end;) {
     if (await condition()) {
       return;
     }

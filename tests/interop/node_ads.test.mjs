@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import ads from 'node-ads';
-import { startVirtualCnc } from './virtual_cnc.mjs';
+import { limit, startVirtualCnc } from './virtual_cnc.mjs';
 
 const decoder = 0x122301;
 const geo = 551;
@@ -22,7 +22,7 @@ const connect = (amsPortTarget) =>
         amsNetIdTarget: '127.0.0.1.1.1',
         amsNetIdSource: `127.0.0.1.3.${amsPortTarget - 550}`,
         amsPortTarget,
-        timeout: 5000,
+        timeout: limit,
       },
       function connected() {
         resolve(this);

@@ -9,6 +9,9 @@ if (!bin) {
   throw new Error('MILLRACE_BIN must name the folder of the built programs');
 }
 
+/** How long a test waits for a condition, in ms: far more than it takes on a busy host. */
+export const limit = 30_000;
+
 /** tests/data */
 export const testData = process.env.MILLRACE_TEST_DATA;
 
@@ -62,6 +65,6 @@ export function adsClientSettings(port, adsPort) {
     localAdsPort: 32750,
     rawClient: true,
     autoReconnect: false,
-    timeoutDelay: 2000,
+    timeoutDelay: limit,
   };
 }
