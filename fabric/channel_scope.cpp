@@ -57,4 +57,12 @@ std::string format_channel_scope(const ChannelScope& scope) {
                      scope.channel == 0 ? "*" : std::to_string(scope.channel));
 }
 
+bool have_common_channel(const std::vector<std::uint16_t>& channels,
+                         const std::vector<std::uint16_t>& others) {
+  return channels.empty() || others.empty() ||
+         std::ranges::any_of(channels, [&](std::uint16_t channel) {
+           return std::ranges::find(others, channel) != others.end();
+         });
+}
+
 }  // namespace millrace::fabric

@@ -4,8 +4,10 @@
 //   parse_channel_scope("cnc/*")   // {"cnc", 0}: every channel of the machine
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <tl/expected.hpp>
 
@@ -32,5 +34,10 @@ bool is_channel_owner(std::string_view name);
 /// "cnc/1", "cnc/*", "*/1" or "*/*"; a channel is 1 to 65535.
 tl::expected<ChannelScope, std::string> parse_channel_scope(std::string_view text);
 std::string format_channel_scope(const ChannelScope& scope);
+
+/// Of two lists of a machine's channels, as configurations and claims have them: whether a channel
+/// is in both. An empty list has all channels.
+bool have_common_channel(const std::vector<std::uint16_t>& channels,
+                         const std::vector<std::uint16_t>& others);
 
 }  // namespace millrace::fabric

@@ -80,9 +80,7 @@ Settings resolve(const Options& options, millrace::fabric::dds::ParticipantOptio
   millrace::gateway::settings::check_names(settings.machines);
   settings.join = std::move(join);
   if (settings.join.trust) {
-    // Between that of services and that of tools: who has lost the other alone is to be a tool,
-    // else the gateway (fabric/one_sided_loss.hpp). Services may be part of a user's process.
-    settings.join.participant_lease = std::chrono::seconds(105);
+    settings.join.participant_lease = millrace::fabric::dds::trusted_gateway_lease;
   }
   settings.no_journal = options.no_journal || (settings.no_journal && options.journal.empty());
   if (!options.journal.empty()) {

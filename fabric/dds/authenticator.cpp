@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <ctime>
 #include <mutex>
 #include <optional>
 #include <unordered_map>
@@ -29,6 +30,15 @@ struct EndpointDeleter {
   }
 };
 using Endpoint = std::unique_ptr<dds_builtintopic_endpoint_t, EndpointDeleter>;
+
+std::chrono::nanoseconds time_slept() {
+  timespec boot{};
+  timespec steady{};
+  ::clock_gettime(CLOCK_MONOTONIC, &steady);
+  ::clock_gettime(CLOCK_BOOTTIME, &boot);
+  return std::chrono::seconds(boot.tv_sec - steady.tv_sec) +
+         std::chrono::nanoseconds(boot.tv_nsec - steady.tv_nsec);
+}
 
 /// Neither reliable nor kept: there is nothing to keep.
 Qos identity_qos() {
@@ -151,6 +161,7 @@ void Authenticator::Impl::open(dds_entity_t participant, const ProcessInfo& wher
                                  return revoke(names);
                                },
                            .lost_on_one_side = [this](auto now) { return lost_on_one_side(now); },
+                           .slept = time_slept,
                            .said = [this](std::string text) { say(std::move(text)); }});
 }
 

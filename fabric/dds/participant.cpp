@@ -122,7 +122,7 @@ ProcessVersion own_version() {
 std::chrono::milliseconds participant_lease_of(const ParticipantOptions& options) {
   const bool announces = options.finding == Finding::announces;
   const std::chrono::milliseconds plain = announces ? 10s : 100s;
-  const std::chrono::milliseconds trusted = announces ? 100s : 110s;
+  const std::chrono::milliseconds trusted = announces ? trusted_service_lease : trusted_tool_lease;
   return std::max(options.lease,
                   options.participant_lease.value_or(options.trust ? trusted : plain));
 }

@@ -26,6 +26,13 @@ enum class Finding : std::uint8_t {
   announces
 };
 
+/// With trust, DDS's leases of processes: all alike, since a participant that alone has lost
+/// another one needs a new one (fabric/one_sided_loss.hpp). That is to be a tool, else the gateway:
+/// a service may be part of a user's process.
+inline constexpr std::chrono::seconds trusted_service_lease{100};
+inline constexpr std::chrono::seconds trusted_gateway_lease{105};
+inline constexpr std::chrono::seconds trusted_tool_lease{110};
+
 struct ParticipantOptions {
   std::uint32_t domain = 0;
   /// The fabric's name, the first element of each partition.
@@ -38,9 +45,7 @@ struct ParticipantOptions {
   /// and Cyclone 0.10.2 crashes if it ends while the endpoints of the process are being discovered.
   /// Nullopt: 10 s for a process that only announces itself, 100 s for one in the discovery group,
   /// since one that has lost a process which it does not receive would not find it again while it
-  /// still has that process's entry. With trust 100 and 110 s: of two of which one alone has lost
-  /// the other, that one needs a new participant (fabric/one_sided_loss.hpp), and it is to be the
-  /// tool.
+  /// still has that process's entry. With trust trusted_service_lease and trusted_tool_lease.
   std::optional<std::chrono::milliseconds> participant_lease{};
   Finding finding = Finding::discovers;
   /// The name that tools show.

@@ -1,6 +1,5 @@
 #include "fabric/dds/trust_watch.hpp"
 
-#include <ctime>
 #include <utility>
 
 #include <fmt/chrono.h>
@@ -22,20 +21,11 @@ constexpr auto look_every = 1s;
 /// How often the end of the own certificate is reported again.
 constexpr auto tell_again = 15s;
 
-std::chrono::nanoseconds time_slept() {
-  timespec boot{};
-  timespec steady{};
-  ::clock_gettime(CLOCK_MONOTONIC, &steady);
-  ::clock_gettime(CLOCK_BOOTTIME, &boot);
-  return std::chrono::seconds(boot.tv_sec - steady.tv_sec) +
-         std::chrono::nanoseconds(boot.tv_nsec - steady.tv_nsec);
-}
-
 }  // namespace
 
 TrustWatch::TrustWatch(std::shared_ptr<const Trust> trust, std::chrono::milliseconds lease,
                        Reported told)
-    : trust_(std::move(trust)), lease_(lease), told_(std::move(told)), slept_(time_slept()) {
+    : trust_(std::move(trust)), lease_(lease), told_(std::move(told)), slept_(told_.slept()) {
   update_trust();
   thread_ = std::thread([this] { run(); });
   ::pthread_setname_np(thread_.native_handle(), "trust");
@@ -106,7 +96,7 @@ void TrustWatch::check_own_certificate(Clock::time_point now) {
 }
 
 void TrustWatch::check_participant(Clock::time_point now) {
-  const auto slept = time_slept();
+  const auto slept = told_.slept();
   const bool was_lost = slept - std::exchange(slept_, slept) > lease_;
   const auto lost = told_.lost_on_one_side(now);
   if (replaced_at_ && (!trust_->needs_new_participant || now - *replaced_at_ < tell_again)) {

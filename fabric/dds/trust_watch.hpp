@@ -59,6 +59,8 @@ class TrustWatch {
     /// Called at each check. Returns the name of a participant that this one has lost alone.
     std::function<std::optional<std::string>(std::chrono::steady_clock::time_point)>
         lost_on_one_side;
+    /// The time that the host has slept since its start, which the steady clock does not count.
+    std::function<std::chrono::nanoseconds()> slept;
     /// A message for people, once.
     std::function<void(std::string)> said;
   };
@@ -90,7 +92,7 @@ class TrustWatch {
   /// When the need of a new participant was reported last.
   std::optional<std::chrono::steady_clock::time_point> replaced_at_;
   const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-  /// The time that the host has slept since its start, which the steady clock does not count.
+  /// At the last check.
   std::chrono::nanoseconds slept_;
 
   std::mutex end_lock_;

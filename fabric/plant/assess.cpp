@@ -14,7 +14,6 @@
 #include "base/messages/catalogue.hpp"
 #include "base/text/quoted.hpp"
 #include "fabric/channel_scope.hpp"
-#include "fabric/common_channel.hpp"
 
 namespace millrace::fabric::plant {
 

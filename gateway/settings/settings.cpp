@@ -10,7 +10,6 @@
 #include "base/program/command_line.hpp"
 #include "base/text/ascii.hpp"
 #include "fabric/channel_scope.hpp"
-#include "fabric/common_channel.hpp"
 #include "gateway/settings/readers.hpp"
 #include "idl/gateway.pb.h"
 

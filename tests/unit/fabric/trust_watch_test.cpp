@@ -18,7 +18,7 @@ using Clock = std::chrono::steady_clock;
 
 class ATrustWatch : public testing::Test {
  protected:
-  /// A participant that has lost square-root alone, from its beginning.
+  /// A participant that has lost `lost` alone, from its beginning, with a lease of 100 s.
   [[nodiscard]] TrustWatch watch() {
     return {std::make_shared<const Trust>(trust), 100s,
             TrustWatch::Reported{.revoked = [](const auto&) { return std::vector<std::string>(); },
@@ -26,7 +26,12 @@ class ATrustWatch : public testing::Test {
                                      [this](Clock::time_point) {
                                        const std::lock_guard guard(lock);
                                        ++checks;
-                                       return std::optional<std::string>("square-root");
+                                       return lost;
+                                     },
+                                 .slept =
+                                     [this] {
+                                       const std::lock_guard guard(lock);
+                                       return std::chrono::nanoseconds(slept);
                                      },
                                  .said = [this](std::string text) { say(std::move(text)); }}};
   }
@@ -49,6 +54,8 @@ class ATrustWatch : public testing::Test {
   std::mutex lock;
   std::vector<std::string> said;
   int checks = 0;
+  std::optional<std::string> lost = "square-root";
+  std::chrono::seconds slept{};
 };
 
 TEST_F(ATrustWatch, AsksForANewParticipantOnlyWhenThisOneIsOldEnough) {
@@ -74,6 +81,32 @@ TEST_F(ATrustWatch, ReportsOnceWhatAProcessOfSomebodyElseNeeds) {
   const std::lock_guard guard(lock);
   EXPECT_THAT(said,
               ElementsAre(AllOf(HasSubstr("square-root"), HasSubstr("start this process again"))));
+}
+
+TEST_F(ATrustWatch, AsksForANewParticipantOnceTheHostHasSleptLongerThanItsLease) {
+  trust.needs_new_participant = [this](const std::string& reason) { say(reason); };
+  lost.reset();
+  slept = 1000s;
+  const TrustWatch sut = watch();
+  const auto sleep = [this](std::chrono::seconds time) {
+    const std::lock_guard guard(lock);
+    slept += time;
+    return checks;
+  };
+  const auto await_checks = [this](int before) {
+    tests::await("two more checks", [&] {
+      const std::lock_guard guard(lock);
+      return checks > before + 1;
+    });
+  };
+  await_checks(sleep(100s));
+  {
+    const std::lock_guard guard(lock);
+    EXPECT_THAT(said, testing::IsEmpty());
+  }
+  await_checks(sleep(101s));
+  const std::lock_guard guard(lock);
+  EXPECT_THAT(said, ElementsAre(HasSubstr("the host slept")));
 }
 
 }  // namespace
