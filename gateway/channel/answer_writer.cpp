@@ -143,6 +143,8 @@ AnswerWriter::Step AnswerWriter::decide_final(const ServiceSnapshot& snapshot, R
     if (sent_.zero.times == 0 && sent_.state.times == 0) {
       return Step::dropped;  // the program has taken its request back
     }
+    // After a 0 of any writer another value is the next request.
+    read_.zero_before_release = read_.zero_before_release || may_be_cleared();
     if (!same_texts(snapshot, request)) {
       return over();
     }

@@ -32,7 +32,8 @@
 // What is assumed of controllers, and what would go if a day on a machine proves the contrary:
 //
 //   LATE    How long after its acknowledgement a write is applied is not documented, so a write
-//           counts when a read has shown it. Else "see" would go.
+//           counts when a read has shown it. Who wrote what a read shows is unknown: while writes
+//           of another gateway may take effect, no interim answer begins. Else "see" would go.
 //   LOST    An acknowledged write may never be applied. Else Sent::due_again and
 //           Found::unreleased would go.
 //   RESETS  Writing REQUEST_STATE sets RESPONSE_STATE to 0: documented for the program's writes

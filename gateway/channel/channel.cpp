@@ -30,6 +30,7 @@ void Channel::on_link_up(Moment now) {
   link_.up = true;
   link_.zero_seen = false;
   link_.error.clear();
+  link_.strange_writes_until = now.steady + takes_effect;
   expect_anything(now);
   if (RequestReader* const looking = reader()) {
     looking->restart();
@@ -215,6 +216,7 @@ void Channel::shut_down(Moment now) {
 void Channel::resume_ownership(Moment now) {
   leaving_.reset();
   link_.zero_seen = false;
+  link_.strange_writes_until = now.steady + takes_effect;
   if (released() != nullptr && !has_work()) {
     phase_ = RequestReader();
   }

@@ -149,6 +149,9 @@ class Channel {
     fabric::Message error{};
     /// Since it is up, a read has shown the channel without a request, or a call of ours has ended.
     bool zero_seen = false;
+    /// Until then a write may take effect that another gateway, or an earlier run of this one, has
+    /// sent for the request that stands in the channel (LATE).
+    SteadyTime strange_writes_until{};
   };
 
   enum class Purpose : std::uint8_t { none, poll, answer, release };

@@ -143,7 +143,11 @@ bool Channel::drive_writer(Moment now) {
   if (call == nullptr) {
     return false;
   }
-  call->begin_writing(out_);
+  const bool text_is_own = link_.zero_seen || now.steady >= link_.strange_writes_until;
+  call->begin_writing(text_is_own, out_);
+  if (!text_is_own) {
+    reads_.due = std::min(reads_.due, link_.strange_writes_until);
+  }
   AnswerWriter* const writer = call->writer();
   if (writer == nullptr) {
     return false;

@@ -140,8 +140,10 @@ class OpenCall {
   /// Applies the rules whose time is over.
   void check_deadlines(ChannelOutput& out, Moment now);
 
-  /// Lets the next interim answer begin its way, if it is its turn.
-  void begin_writing(ChannelOutput& out);
+  /// Lets the next interim answer begin its way, if it is its turn. `text_is_own`: a text that the
+  /// channel shows is of no other writer. Else the same interim text of another one would be taken
+  /// for a write that is still on its way, and lands after the final answer.
+  void begin_writing(bool text_is_own, ChannelOutput& out);
   /// The response being written, or nullptr.
   [[nodiscard]] AnswerWriter* writer();
   /// The writer's own read, which `status` judges.

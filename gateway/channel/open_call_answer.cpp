@@ -226,10 +226,13 @@ void OpenCall::give_up(const Rule& rule, std::string_view response, const fabric
   out.log(Level::warn, fmt::format("{}: {}", name(), why));
 }
 
-void OpenCall::begin_writing(ChannelOutput& out) {
+void OpenCall::begin_writing(bool text_is_own, ChannelOutput& out) {
   if (const auto* const writer = std::get_if<AnswerWriter>(&interim_.current);
       writer != nullptr && answered() && writer->may_be_dropped()) {
     interim_.current = std::monostate{};
+  }
+  if (!text_is_own) {
+    return;
   }
   if (auto* const interim = std::get_if<Interim>(&interim_.current)) {
     if (interim->entry == 0) {

@@ -320,6 +320,15 @@ TEST_F(AnAnswer, OfAnEarlierRunThatReadsShowAsWrittenIsDoneAlsoWhereRequestState
   EXPECT_FALSE(sut.zero_seen());
 }
 
+TEST_F(AnAnswer, OfAnEarlierRunIsOverWhereRequestStateReads0WhileItsTextIsWrittenAgain) {
+  AnswerWriter sut = resumed(1, true, fabric::CompletionSignal::response_state);
+  EXPECT_EQ(read(sut, all(1, 0, "")), Step::read);
+  EXPECT_EQ(wait_and_read(sut, 1s, all(1, 0, "")), Step::write_response);
+  EXPECT_EQ(sut.on_written(now), Step::read);
+  EXPECT_EQ(read(sut, all(0, 0, "")), Step::done) << "an NC reset";
+  EXPECT_TRUE(sut.zero_seen()) << "the next REQUEST_STATE is another request";
+}
+
 TEST_F(AnAnswer, OfAnEarlierRunIsDroppedWhereResponseHasAnotherText) {
   AnswerWriter sut = resumed(1, true, fabric::CompletionSignal::response_state);
   EXPECT_EQ(read(sut, all(0, 0, "another")), Step::read) << "RESPONSE may be late";

@@ -275,6 +275,29 @@ TEST_F(Visibility, AnInterimAnswerThatIsNotVisibleIsNotForgottenWithTheConnectio
   EXPECT_EQ(fixture->channel.values().response, "1.414");
 }
 
+TEST_F(Visibility, AnInterimAnswerWaitsWhileTheSameTextMayBeThatOfAnotherGateway) {
+  fixture.emplace();
+  fixture->call();
+  fixture->wait(130ms);  // apart from the polls beside notifications
+  fixture->link_up();
+  fixture->sut->set_notified(true, fixture->now);
+  fixture->wait(20ms);
+  fixture->assign();
+  fixture->receive(fixture->interim("soon", 1000));
+  fixture->wait(970ms);
+  EXPECT_THAT(fixture->writes, IsEmpty());
+  fixture->wait(20ms);
+  EXPECT_THAT(fixture->writes, ElementsAre("RESPONSE=soon", "RESPONSE_STATE=1000"));
+}
+
+TEST_F(Visibility, AnInterimAnswerToARequestThatCameAfterTheLinkWaitsForNothing) {
+  fixture.emplace();
+  fixture->dispatched_call();
+  fixture->receive(fixture->interim("soon", 1000));
+  fixture->wait(20ms);
+  EXPECT_THAT(fixture->writes, ElementsAre("RESPONSE=soon", "RESPONSE_STATE=1000"));
+}
+
 TEST_F(Visibility, AnInterimAnswerWaitsUntilTheOneBeforeIsVisible) {
   fixture.emplace(tests::KernelRules{.response_state_after = 100ms});
   fixture->dispatched_call();
