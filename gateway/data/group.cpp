@@ -11,8 +11,37 @@ namespace millrace::gateway::data {
 using fabric::DataSample;
 using fabric::Quality;
 
+void CycleTime::start(SteadyTime now) {
+  counting_since_ = now;
+  counted_ = 0;
+}
+
+void CycleTime::stop() {
+  period_ = wanted_;
+  changed_ = false;
+}
+
+/// Over ten cycles, and at least five seconds: one that is late now and then is not news.
+void CycleTime::count(SteadyTime now) {
+  constexpr std::chrono::seconds at_least{5};
+  constexpr std::uint32_t beats = 10;
+  ++counted_;
+  const auto passed = now - counting_since_;
+  if (passed < at_least || passed < beats * wanted_) {
+    return;
+  }
+  const auto cost = std::chrono::nanoseconds(passed) / counted_;
+  // It counts as slow from a fifth on, until it is within a tenth again.
+  const std::chrono::nanoseconds wanted = wanted_;
+  const bool was_slow = slow();
+  const bool is_slow = was_slow ? cost > wanted + wanted / 10 : cost > wanted + wanted / 5;
+  changed_ = changed_ || is_slow != was_slow;
+  period_ = is_slow ? cost : wanted;
+  start(now);
+}
+
 Group::Group(GroupSettings settings, std::string machine)
-    : settings_(std::move(settings)), machine_(std::move(machine)), period_(settings_.period) {
+    : settings_(std::move(settings)), machine_(std::move(machine)), cycle_time_(settings_.period) {
   for (const std::string& name : settings_.names) {
     items_.push_back({.value = {.name = name, .quality = Quality::stale}});
   }
@@ -21,8 +50,7 @@ Group::Group(GroupSettings settings, std::string machine)
 void Group::start(SteadyTime now) {
   started_ = true;
   due_ = now;
-  counting_since_ = now;
-  counted_ = 0;
+  cycle_time_.start(now);
   for (Item& item : items_) {
     item.reading.reset();
     item.resolve_at = now;
@@ -31,11 +59,8 @@ void Group::start(SteadyTime now) {
 
 std::optional<DataSample> Group::stop(const fabric::Message& reason, Moment now) {
   started_ = false;
-  in_cycle_ = false;
-  pending_.clear();
-  under_way_ = 0;
-  period_ = settings_.period;
-  period_changed_ = false;
+  cycle_.reset();
+  cycle_time_.stop();
   for (Item& item : items_) {
     item.value.quality = Quality::stale;
     item.value.reason = reason;
@@ -49,27 +74,25 @@ std::optional<DataSample> Group::stop(const fabric::Message& reason, Moment now)
 }
 
 void Group::begin_cycle() {
-  in_cycle_ = true;
-  under_way_ = 0;
-  pending_.clear();
+  cycle_.emplace();
   for (std::size_t i = 0; i < items_.size(); ++i) {
     if (items_[i].reading) {
-      pending_.insert(pending_.end(), i);
+      cycle_->pending.insert(cycle_->pending.end(), i);
     }
   }
 }
 
 void Group::asked(std::size_t item) {
-  pending_.erase(item);
-  ++under_way_;
+  cycle_->pending.erase(item);
+  ++cycle_->under_way;
 }
 
 std::optional<DataSample> Group::end_cycle(Moment now) {
-  in_cycle_ = false;
+  cycle_.reset();
   const auto behind = now.steady - due_;
   due_ += (behind / settings_.period + 1) * settings_.period;
-  measure(now.steady);
-  bool news = settings_.always || period_changed_ || published_.empty();
+  cycle_time_.count(now.steady);
+  bool news = settings_.always || cycle_time_.changed() || published_.empty();
   for (std::size_t i = 0; i < published_.size() && !news; ++i) {
     news = is_news(published_[i], items_[i].value, settings_.deadband);
   }
@@ -81,35 +104,11 @@ std::optional<DataSample> Group::end_cycle(Moment now) {
   return next;
 }
 
-/// Over ten cycles, and at least five seconds: one that is late now and then is not news.
-void Group::measure(SteadyTime now) {
-  constexpr std::chrono::seconds at_least{5};
-  constexpr std::uint32_t beats = 10;
-  ++counted_;
-  const auto passed = now - counting_since_;
-  if (passed < at_least || passed < beats * settings_.period) {
-    return;
-  }
-  const auto cost = std::chrono::nanoseconds(passed) / counted_;
-  // It counts as slow from a fifth on, until it is within a tenth again.
-  const bool was_slow = slow();
-  const std::chrono::nanoseconds wanted = settings_.period;
-  const bool is_slow = was_slow ? cost > wanted + wanted / 10 : cost > wanted + wanted / 5;
-  period_changed_ = period_changed_ || is_slow != was_slow;
-  period_ = is_slow ? cost : wanted;
-  counting_since_ = now;
-  counted_ = 0;
-}
-
-bool Group::take_period_change() {
-  return std::exchange(period_changed_, false);
-}
-
 DataSample Group::sample(Moment now) const {
   DataSample sample{.key = {machine_, settings_.channel},
                     .group = settings_.name,
                     .at = now.wall,
-                    .period = period_,
+                    .period = cycle_time_.period(),
                     .wanted = settings_.period};
   for (const Item& item : items_) {
     sample.values.push_back(item.value);

@@ -11,6 +11,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <tl/expected.hpp>
@@ -56,6 +57,33 @@ struct Item {
   std::string logged{};
 };
 
+/// How long a cycle takes, over some of them.
+class CycleTime {
+ public:
+  explicit CycleTime(std::chrono::milliseconds wanted) : wanted_(wanted), period_(wanted) {}
+
+  void start(SteadyTime now);
+  /// Until the next start it counts as kept.
+  void stop();
+  /// A cycle has ended.
+  void count(SteadyTime now);
+
+  /// The recent length of a cycle; the wanted one while that is kept.
+  [[nodiscard]] std::chrono::nanoseconds period() const { return period_; }
+  [[nodiscard]] bool slow() const { return period_ > wanted_; }
+  /// It became slow, or no longer is, since the last take_change().
+  [[nodiscard]] bool changed() const { return changed_; }
+  bool take_change() { return std::exchange(changed_, false); }
+
+ private:
+  std::chrono::milliseconds wanted_;
+  std::chrono::nanoseconds period_;
+  bool changed_ = false;
+  /// Cycles since then, to know how long one takes.
+  SteadyTime counting_since_{};
+  std::uint32_t counted_ = 0;
+};
+
 class Group {
  public:
   Group(GroupSettings settings, std::string machine);
@@ -74,45 +102,43 @@ class Group {
   void republish() { published_.clear(); }
 
   [[nodiscard]] SteadyTime due() const { return due_; }
-  [[nodiscard]] bool in_cycle() const { return in_cycle_; }
+  [[nodiscard]] bool in_cycle() const { return cycle_.has_value(); }
   /// All known variables must be read.
   void begin_cycle();
   /// Of this cycle, and not requested yet.
-  [[nodiscard]] std::set<std::size_t>& pending() { return pending_; }
+  [[nodiscard]] const std::set<std::size_t>& pending() const { return cycle_->pending; }
   void asked(std::size_t item);
-  void answered() { --under_way_; }
+  void answered() { --cycle_->under_way; }
   /// Nothing is missing any more.
-  [[nodiscard]] bool complete() const { return in_cycle_ && pending_.empty() && under_way_ == 0; }
+  [[nodiscard]] bool complete() const {
+    return cycle_ && cycle_->pending.empty() && cycle_->under_way == 0;
+  }
   /// A sample if it is new, or all are wanted. The next cycle is at the next whole period.
   std::optional<fabric::DataSample> end_cycle(Moment now);
 
-  /// The recent length of a cycle; the configured period while that is kept.
-  [[nodiscard]] std::chrono::nanoseconds period() const { return period_; }
-  [[nodiscard]] bool slow() const { return period_ > settings_.period; }
-  /// True once after it became slow, or no longer is.
-  bool take_period_change();
+  [[nodiscard]] const CycleTime& cycle_time() const { return cycle_time_; }
+  bool take_period_change() { return cycle_time_.take_change(); }
 
   /// The group as it is now, as a sample.
   [[nodiscard]] fabric::DataSample sample(Moment now) const;
 
  private:
-  void measure(SteadyTime now);
+  struct Cycle {
+    /// Not requested yet.
+    std::set<std::size_t> pending{};
+    /// Requested, without an answer.
+    std::size_t under_way = 0;
+  };
 
   GroupSettings settings_;
   std::string machine_;
   std::vector<Item> items_;
   bool started_ = false;
   SteadyTime due_{};
-  bool in_cycle_ = false;
-  std::set<std::size_t> pending_;
-  std::size_t under_way_ = 0;
+  std::optional<Cycle> cycle_;
   /// The last published values; empty = none yet.
   std::vector<fabric::Value> published_;
-  std::chrono::nanoseconds period_;
-  bool period_changed_ = false;
-  /// Samples since then, to know how long one takes.
-  SteadyTime counting_since_{};
-  std::uint32_t counted_ = 0;
+  CycleTime cycle_time_;
 };
 
 // Conversion of a controller's bytes to values of the fabric, and detection of changes. Pure.

@@ -271,12 +271,13 @@ void Sampler::report_refused(const std::vector<Place>& places) {
 
 void Sampler::report_period(const Group& group) {
   const auto wanted = group.settings().period.count();
-  if (!group.slow()) {
+  if (!group.cycle_time().slow()) {
     output_.lines.push_back(
         {Level::info, fmt::format("{}: sampled every {} ms again", where(group), wanted)});
     return;
   }
-  const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(group.period()).count();
+  const auto ms =
+      std::chrono::duration_cast<std::chrono::milliseconds>(group.cycle_time().period()).count();
   output_.lines.push_back(
       {Level::warn,
        fmt::format("{}: sampled every {} ms, not every {} ms: {}", where(group), ms, wanted,

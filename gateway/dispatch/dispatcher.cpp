@@ -58,7 +58,7 @@ Decisions Dispatcher::on_instance_ready(const fabric::InstanceIdentity& identity
     instance.lost_at.reset();
     instance.seen = true;
     if (back) {
-      instance.others = 0;
+      instance.load.others = 0;
     }
   });
   Decisions decisions;
@@ -96,8 +96,8 @@ Decisions Dispatcher::on_load(const fabric::InstanceLoad& load, SteadyTime now) 
       load.calls.size() - std::min<std::size_t>(load.calls.size(), load.status.waiting);
   const auto begun = std::span(load.calls).first(running);
   std::vector<PendingCall*> unheard;
-  Instances::change_load(*instance, [&] {
-    instance->others = others;
+  Instances::change_load(*instance, [&](Load& known) {
+    known.others = others;
     for (PendingCall* const pending : instance->calls) {
       bool& waits = pending->assignment.waits;
       waits = waits && std::ranges::count(begun, pending->id()) == 0;
@@ -328,9 +328,9 @@ void Dispatcher::assign(PendingCall& pending, Instance& instance, Decisions& dec
   pending.reason = {};
   calls_.assign(pending, instance);
   pending.assignment = std::move(assignment);
-  Instances::change_load(instance, [&] {
+  Instances::change_load(instance, [&](Load& load) {
     instances_.use(instance);
-    instance.has_waiter = instance.has_waiter || pending.assignment.waits;
+    load.has_waiter = load.has_waiter || pending.assignment.waits;
   });
   decisions.emplace_back(Assign{pending.id(), pending.key(), pending.assignment});
 }

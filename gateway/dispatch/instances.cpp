@@ -28,7 +28,7 @@ bool takes_calls(const Instance& instance) {
 }
 
 ScopeGroup::Rank rank_of(const Instance& instance) {
-  return {instance.running + instance.others, ~instance.last_used, instance.identity.id};
+  return {instance.load.total(), ~instance.load.last_used, instance.identity.id};
 }
 
 }  // namespace
@@ -135,7 +135,7 @@ void Instances::rank(Instance& instance) {
   for (ScopeGroup* const scope_group : instance.scope_groups) {
     if (instance.has_room()) {
       scope_group->with_room.emplace(rank_of(instance), &instance);
-    } else if (instance.has_place() && !instance.busy_until && !instance.has_waiter) {
+    } else if (instance.has_place() && !instance.busy_until && !instance.load.has_waiter) {
       scope_group->shared.emplace(rank_of(instance), &instance);
     }
   }

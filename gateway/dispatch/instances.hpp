@@ -2,7 +2,7 @@
 //
 //   Instance& instance = instances.enter(identity.id);
 //   instances.change(instance, [&] { instance.identity = identity; });
-//   instances.change_load(instance, [&] { ++instance.running; });
+//   instances.change_load(instance, [](Load& load) { ++load.running; });
 //   Instance* best = instances.choose(&ScopeGroup::with_room, "560aacbf-…", {"cnc", 1});
 #pragma once
 
@@ -26,14 +26,9 @@ namespace millrace::gateway::dispatch {
 struct PendingCall;
 struct ScopeGroup;
 
-/// The fields that dispatch depends on are changed only through Instances.
-struct Instance {
-  fabric::InstanceIdentity identity;
-  /// For people; see Assignment.
-  std::shared_ptr<const std::string> name{};
-  /// Our calls that it has, and the blocked ones that were lost with it.
-  std::vector<PendingCall*> calls;
-  /// The number of those that it has.
+/// The load of an instance, by which it is ranked.
+struct Load {
+  /// Our calls that it has.
   std::uint32_t running = 0;
   /// Its other calls, of other gateways or earlier runs, by its last heartbeat.
   std::uint32_t others = 0;
@@ -41,6 +36,18 @@ struct Instance {
   bool has_waiter = false;
   /// When it was last used, counted in calls of its UUID.
   std::uint64_t last_used = 0;
+
+  [[nodiscard]] std::uint32_t total() const { return running + others; }
+};
+
+/// The fields that dispatch depends on are changed only through Instances.
+struct Instance {
+  fabric::InstanceIdentity identity;
+  /// For people; see Assignment.
+  std::shared_ptr<const std::string> name{};
+  /// Our calls that it has, and the blocked ones that were lost with it.
+  std::vector<PendingCall*> calls;
+  Load load;
   /// Gone; lost at this time unless it comes back.
   std::optional<SteadyTime> lost_at;
   /// It has declined a call: until it announces room, or until this time.
@@ -58,8 +65,8 @@ struct Instance {
     return identity.concurrency == 0 ? 1 : identity.concurrency;
   }
   /// It would have room for another of our calls, without those of others.
-  [[nodiscard]] bool has_place() const { return running < most(); }
-  [[nodiscard]] bool has_room() const { return running + others < most() && !busy_until; }
+  [[nodiscard]] bool has_place() const { return load.running < most(); }
+  [[nodiscard]] bool has_room() const { return load.total() < most() && !busy_until; }
   /// The first of its times.
   [[nodiscard]] std::optional<SteadyTime> alarm() const {
     return earliest({lost_at, busy_until, unresponsive_until});
@@ -96,11 +103,11 @@ class Instances {
   /// The one of this id, made if there is none; its address stays until it is erased.
   Instance& enter(const fabric::InstanceId& id);
   void erase(Instance& instance);
-  /// `make` changes only its load: running, others, has_waiter, last_used.
+  /// `make` changes only its load.
   template <typename Make>
   static void change_load(Instance& instance, Make make) {
     unrank(instance);
-    make();
+    make(instance.load);
     rank(instance);
   }
   /// Has `make` change anything of it.
@@ -117,7 +124,9 @@ class Instances {
   [[nodiscard]] Instance* choose(ScopeGroup::Ranking ScopeGroup::*ranking, const std::string& uuid,
                                  const fabric::ChannelKey& key) const;
   /// It gets a call; its load changes with it.
-  void use(Instance& instance) { instance.last_used = ++groups_.at(instance.identity.uuid).calls; }
+  void use(Instance& instance) {
+    instance.load.last_used = ++groups_.at(instance.identity.uuid).calls;
+  }
   /// Whether it serves the channel.
   [[nodiscard]] static bool serves(const fabric::InstanceIdentity& identity,
                                    const fabric::ChannelKey& key);

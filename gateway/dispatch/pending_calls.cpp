@@ -25,10 +25,8 @@ void PendingCalls::forget(PendingCall& pending) {
 void PendingCalls::assign(PendingCall& pending, Instance& instance) {
   detach(pending);
   pending.at = &instance;
-  Instances::change_load(instance, [&] {
-    instance.calls.push_back(&pending);
-    ++instance.running;
-  });
+  instance.calls.push_back(&pending);
+  Instances::change_load(instance, [](Load& load) { ++load.running; });
 }
 
 void PendingCalls::queue(PendingCall& pending) {
@@ -51,16 +49,16 @@ const PendingCalls::Queue* PendingCalls::waiting(const std::string& uuid) const 
 }
 
 void PendingCalls::note_waiters(Instance& instance) {
-  instance.has_waiter = std::ranges::any_of(
+  instance.load.has_waiter = std::ranges::any_of(
       instance.calls, [](const PendingCall* pending) { return pending->assignment.waits; });
 }
 
 /// Removes the call from its instance and from the pending calls.
 void PendingCalls::detach(PendingCall& pending) {
   if (Instance* const from = std::exchange(pending.at, nullptr)) {
-    Instances::change_load(*from, [&] {
-      std::erase(from->calls, &pending);
-      --from->running;
+    std::erase(from->calls, &pending);
+    Instances::change_load(*from, [&](Load& load) {
+      --load.running;
       if (pending.assignment.waits) {
         note_waiters(*from);
       }

@@ -11,12 +11,12 @@ namespace millrace::gateway::machines {
 SubscriptionActions Subscriptions::serve(const std::vector<std::uint16_t>& channels) {
   SubscriptionActions actions;
   for (auto it = channels_.begin(); it != channels_.end();) {
-    auto& [channel, subscription] = *it;
-    if (std::ranges::find(channels, channel) != channels.end()) {
+    auto& [number, channel] = *it;
+    if (std::ranges::find(channels, number) != channels.end()) {
       ++it;
       continue;
     }
-    reset(channel, subscription, Step::idle, actions);
+    reset(number, channel, Step::idle, actions);
     it = channels_.erase(it);
   }
   for (const std::uint16_t channel : channels) {
@@ -47,9 +47,9 @@ SubscriptionActions Subscriptions::set_mode(SubscriptionMode mode) {
   missed_.clear();
   again_.reset();
   pause_ = shortest_pause;
-  for (auto& [channel, subscription] : channels_) {
-    if (mode == SubscriptionMode::poll || subscription.step == Step::refused) {
-      reset(channel, subscription, Step::idle, actions);
+  for (auto& [number, channel] : channels_) {
+    if (mode == SubscriptionMode::poll || channel.subscription.step == Step::refused) {
+      reset(number, channel, Step::idle, actions);
     }
   }
   ask(actions);
@@ -62,10 +62,10 @@ void Subscriptions::ask(SubscriptionActions& actions) {
   if (mode_ == SubscriptionMode::poll || !given_up_.empty()) {
     return;
   }
-  for (auto& [channel, subscription] : channels_) {
-    if (subscription.step == Step::idle) {
-      subscription.step = Step::asked;
-      actions.subscribe.push_back(channel);
+  for (auto& [number, channel] : channels_) {
+    if (channel.subscription.step == Step::idle) {
+      channel.subscription.step = Step::asked;
+      actions.subscribe.push_back(number);
     }
   }
 }
@@ -75,19 +75,20 @@ SubscriptionActions Subscriptions::on_subscribed(const std::vector<SubscribeOutc
   SubscriptionActions actions;
   for (const SubscribeOutcome& outcome : outcomes) {
     const auto found = channels_.find(outcome.channel);
-    if (found == channels_.end() || found->second.step != Step::asked) {
+    if (found == channels_.end() || found->second.subscription.step != Step::asked) {
       continue;  // the result of an earlier request is obsolete
     }
-    ChannelSubscription& subscription = found->second;
+    Subscription& subscription = found->second.subscription;
     if (outcome.refusal.empty()) {
       subscription.step = Step::granted;
       subscription.refusal.clear();
       // The first value may have come before this answer.
-      trust(outcome.channel, subscription, actions);
+      trust(outcome.channel, found->second, actions);
     } else {
       subscription.step = Step::idle;  // there is nothing to unsubscribe from
       // Values notified until now say nothing about the next subscription.
-      reset(outcome.channel, subscription, outcome.undecided ? Step::idle : Step::refused, actions);
+      reset(outcome.channel, found->second, outcome.undecided ? Step::idle : Step::refused,
+            actions);
       subscription.refusal = outcome.refusal;
       if (outcome.undecided || mode_ == SubscriptionMode::notify) {
         try_again(now);
@@ -103,14 +104,14 @@ SubscriptionActions Subscriptions::on_notification(std::uint16_t channel, Variab
                                                    SteadyTime now) {
   SubscriptionActions actions;
   const auto found = channels_.find(channel);
-  if (found == channels_.end() ||
-      (found->second.step != Step::granted && found->second.step != Step::asked)) {
+  if (found == channels_.end() || (found->second.subscription.step != Step::granted &&
+                                   found->second.subscription.step != Step::asked)) {
     return actions;
   }
-  ChannelSubscription& subscription = found->second;
+  auto& [read_state, read_response, trusted, subscription] = found->second;
   if (!value) {
     // After a restart or an online change of the controller, its handles are invalid.
-    reset(channel, subscription, Step::idle, actions);
+    reset(channel, found->second, Step::idle, actions);
     subscription.refusal = "the controller has dropped its handle";
     actions.changed.emplace_back(channel, Variable::request_state);
     try_again(now);
@@ -118,42 +119,41 @@ SubscriptionActions Subscriptions::on_notification(std::uint16_t channel, Variab
     return actions;
   }
   if (variable == Variable::response_state) {
-    if (subscription.seen_response != value) {
+    if (read_response != value) {
       actions.changed.emplace_back(channel, variable);
     }
     return actions;
   }
   // The same value again: a change in between was not notified.
-  if (subscription.notified == value && subscription.other_seen && missed(channel, actions, now)) {
+  if (subscription.notified == value && subscription.other != Other::none &&
+      missed(channel, actions, now)) {
     return actions;
   }
   if (subscription.zero_shown_at && value == 0U) {
     times_late_ = now - *subscription.zero_shown_at > late ? times_late_ + 1 : 0;
     subscription.zero_shown_at.reset();
-  } else if (subscription.seen == value) {
+  } else if (read_state == value) {
     // The NC program was faster than the controller's cycle: our write will never be notified.
     subscription.zero_shown_at.reset();
   }
   subscription.notified = value;
   subscription.notified_since_read = true;
-  subscription.other_seen = false;
-  subscription.found_by_read = false;
-  subscription.unnotified_since.reset();
-  subscription.unnotified_reads = 0;
+  subscription.other = Other::none;
+  subscription.unnotified.reset();
   if (times_late_ >= most_late) {
     give_up(fmt::format("its notifications come more than {} ms late", late.count()), actions, now);
     return actions;
   }
-  if (subscription.seen != subscription.notified) {
+  if (read_state != subscription.notified) {
     actions.changed.emplace_back(channel, variable);
   }
-  trust(channel, subscription, actions);
+  trust(channel, found->second, actions);
   return actions;
 }
 
 void Subscriptions::read_started(std::uint16_t channel) {
   if (const auto found = channels_.find(channel); found != channels_.end()) {
-    found->second.notified_since_read = false;
+    found->second.subscription.notified_since_read = false;
   }
 }
 
@@ -165,7 +165,7 @@ SubscriptionActions Subscriptions::on_read(std::uint16_t channel, const ServiceS
     return actions;
   }
   if (snapshot.has(Variable::response_state)) {
-    found->second.seen_response = snapshot.response_state;
+    found->second.response_state = snapshot.response_state;
   }
   if (snapshot.has(Variable::request_state)) {
     see(channel, snapshot.request_state, actions, now);
@@ -175,14 +175,15 @@ SubscriptionActions Subscriptions::on_read(std::uint16_t channel, const ServiceS
 
 void Subscriptions::on_cleared(std::uint16_t channel) {
   if (const auto found = channels_.find(channel); found != channels_.end()) {
-    found->second.cleared = true;
+    found->second.subscription.cleared = true;
   }
 }
 
 void Subscriptions::see(std::uint16_t channel, std::uint32_t state, SubscriptionActions& actions,
                         SteadyTime now) {
-  ChannelSubscription& subscription = channels_.at(channel);
-  const bool same = std::exchange(subscription.seen, state) == state;
+  Channel& read = channels_.at(channel);
+  Subscription& subscription = read.subscription;
+  const bool same = std::exchange(read.request_state, state) == state;
   const bool by_us = state == 0 && std::exchange(subscription.cleared, false);
   if (subscription.step != Step::granted) {
     return;
@@ -191,26 +192,23 @@ void Subscriptions::see(std::uint16_t channel, std::uint32_t state, Subscription
     subscription.zero_shown_at = now;
   }
   if (subscription.notified == state) {
-    subscription.unnotified_since.reset();
-    subscription.unnotified_reads = 0;
-    if (subscription.found_by_read) {
-      subscription.other_seen = false;
-      subscription.found_by_read = false;
+    subscription.unnotified.reset();
+    if (subscription.other == Other::found_by_read) {
+      subscription.other = Other::none;
       if (missed(channel, actions, now)) {
         return;
       }
     }
   } else if (by_us || !subscription.notified_since_read) {
-    subscription.found_by_read =
-        subscription.found_by_read || (!subscription.other_seen && subscription.notified && !by_us);
-    subscription.other_seen = true;
-    if (!subscription.unnotified_since || (!same && subscription.notified)) {
-      subscription.unnotified_since = now;
-      subscription.unnotified_reads = 0;
+    if (subscription.other == Other::none) {
+      subscription.other = subscription.notified && !by_us ? Other::found_by_read : Other::seen;
     }
-    ++subscription.unnotified_reads;
-    if (now - *subscription.unnotified_since > lost &&
-        subscription.unnotified_reads >= lost_reads) {
+    if (!subscription.unnotified || (!same && subscription.notified)) {
+      subscription.unnotified = Unnotified{.since = now};
+    }
+    ++subscription.unnotified->reads;
+    if (now - subscription.unnotified->since > lost &&
+        subscription.unnotified->reads >= lost_reads) {
       give_up(subscription.notified
                   ? fmt::format("it sent no notification of a change of {} in channel {}",
                                 cnc::variables::name_of(Variable::request_state), channel)
@@ -221,7 +219,7 @@ void Subscriptions::see(std::uint16_t channel, std::uint32_t state, Subscription
       return;
     }
   }
-  trust(channel, subscription, actions);
+  trust(channel, read, actions);
 }
 
 bool Subscriptions::missed(std::uint16_t channel, SubscriptionActions& actions, SteadyTime now) {
@@ -238,30 +236,22 @@ bool Subscriptions::missed(std::uint16_t channel, SubscriptionActions& actions, 
   return true;
 }
 
-void Subscriptions::trust(std::uint16_t channel, ChannelSubscription& subscription,
-                          SubscriptionActions& actions) {
+void Subscriptions::trust(std::uint16_t number, Channel& channel, SubscriptionActions& actions) {
+  const Subscription& subscription = channel.subscription;
   const bool trusted = subscription.step == Step::granted && subscription.notified &&
-                       subscription.notified == subscription.seen;
-  if (subscription.trusted != trusted) {
-    subscription.trusted = trusted;
-    actions.trusted.emplace_back(channel, trusted);
+                       subscription.notified == channel.request_state;
+  if (std::exchange(channel.trusted, trusted) != trusted) {
+    actions.trusted.emplace_back(number, trusted);
   }
 }
 
-void Subscriptions::reset(std::uint16_t channel, ChannelSubscription& subscription, Step step,
+void Subscriptions::reset(std::uint16_t number, Channel& channel, Step step,
                           SubscriptionActions& actions) {
-  if (subscription.step == Step::granted || subscription.step == Step::asked) {
-    actions.unsubscribe.push_back(channel);
+  const Step before = std::exchange(channel.subscription, {.step = step}).step;
+  if (before == Step::granted || before == Step::asked) {
+    actions.unsubscribe.push_back(number);
   }
-  const auto seen = subscription.seen;
-  const auto seen_response = subscription.seen_response;
-  const bool trusted = subscription.trusted;
-  subscription = {};
-  subscription.step = step;
-  subscription.seen = seen;
-  subscription.seen_response = seen_response;
-  subscription.trusted = trusted;
-  trust(channel, subscription, actions);
+  trust(number, channel, actions);
 }
 
 void Subscriptions::give_up(const fabric::Message& reason, SubscriptionActions& actions,
@@ -270,8 +260,8 @@ void Subscriptions::give_up(const fabric::Message& reason, SubscriptionActions& 
   again_.reset();
   missed_.clear();
   times_late_ = 0;
-  for (auto& [channel, subscription] : channels_) {
-    reset(channel, subscription, Step::idle, actions);
+  for (auto& [number, channel] : channels_) {
+    reset(number, channel, Step::idle, actions);
   }
   if (mode_ == SubscriptionMode::notify) {
     try_again(now);
@@ -296,9 +286,9 @@ SubscriptionActions Subscriptions::on_time(SteadyTime now) {
   if (mode_ == SubscriptionMode::notify) {
     given_up_.clear();
   }
-  for (auto& [channel, subscription] : channels_) {
-    if (subscription.step == Step::refused && mode_ == SubscriptionMode::notify) {
-      reset(channel, subscription, Step::idle, actions);
+  for (auto& [number, channel] : channels_) {
+    if (channel.subscription.step == Step::refused && mode_ == SubscriptionMode::notify) {
+      reset(number, channel, Step::idle, actions);
     }
   }
   ask(actions);
@@ -321,10 +311,11 @@ Subscriptions::Status Subscriptions::status() const {
   std::string which;
   std::size_t refused = 0;
   bool granted = false;
-  for (const auto& [channel, subscription] : channels_) {
+  for (const auto& [number, channel] : channels_) {
+    const Subscription& subscription = channel.subscription;
     granted = granted || subscription.step == Step::granted;
     if (!subscription.refusal.empty() && subscription.step != Step::granted) {
-      which += fmt::format("{}{}", refused == 0 ? "" : ", ", channel);
+      which += fmt::format("{}{}", refused == 0 ? "" : ", ", number);
       refusal = refused == 0 ? subscription.refusal : refusal;
       ++refused;
     }
@@ -343,8 +334,9 @@ void Subscriptions::describe(SubscriptionActions& actions) {
   actions.status = true;
   const auto [mode, text] = status();
   const bool pushed = mode == fabric::WatchMode::pushed;
-  const std::string line =
-      pushed ? "pushed: the controller sends notifications; polling is only a safeguard" : text;
+  const std::string line = pushed ? "pushed: the controller sends "
+                                    "notifications; polling is only a safeguard"
+                                  : text;
   if (line == logged_ || line.empty()) {
     return;
   }

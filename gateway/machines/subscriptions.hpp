@@ -110,27 +110,41 @@ class Subscriptions {
  private:
   enum class Step : std::uint8_t { idle, asked, granted, refused };
 
-  struct ChannelSubscription {
+  /// A value that was read and not notified.
+  struct Unnotified {
+    SteadyTime since{};
+    int reads = 0;
+  };
+  /// Whether a value other than the last notified one was read since.
+  enum class Other : std::uint8_t {
+    none,
+    seen,
+    /// First by a read: the NC program changed it, not this gateway.
+    found_by_read,
+  };
+
+  /// A request for notifications, and what they have shown.
+  struct Subscription {
     Step step = Step::idle;
-    /// REQUEST_STATE, as last notified and as last read; RESPONSE_STATE as last read.
-    std::optional<std::uint32_t> notified;
-    std::optional<std::uint32_t> seen;
-    std::optional<std::uint32_t> seen_response;
-    /// The first value that was read and not notified, and how often it was read since.
-    std::optional<SteadyTime> unnotified_since;
-    int unnotified_reads = 0;
+    /// REQUEST_STATE.
+    std::optional<std::uint32_t> notified{};
+    bool notified_since_read = false;
+    std::optional<Unnotified> unnotified{};
     /// REQUEST_STATE was cleared by us, and no read has shown it yet.
     bool cleared = false;
     /// Since when reads show our 0 that is not notified yet.
-    std::optional<SteadyTime> zero_shown_at;
-    /// A value other than the last notified one was read since; and first by a read: the NC program
-    /// changed it, not this gateway.
-    bool other_seen = false;
-    bool found_by_read = false;
-    bool notified_since_read = false;
+    std::optional<SteadyTime> zero_shown_at{};
+    Other other = Other::none;
+    fabric::Message refusal{};
+  };
+
+  struct Channel {
+    /// As last read.
+    std::optional<std::uint32_t> request_state;
+    std::optional<std::uint32_t> response_state;
     /// The state that the channel knows.
     bool trusted = false;
-    fabric::Message refusal;
+    Subscription subscription;
   };
 
   void ask(SubscriptionActions& actions);
@@ -138,17 +152,17 @@ class Subscriptions {
            SteadyTime now);
   /// True if that was one too many.
   bool missed(std::uint16_t channel, SubscriptionActions& actions, SteadyTime now);
-  void trust(std::uint16_t channel, ChannelSubscription& subscription,
-             SubscriptionActions& actions);
+  static void trust(std::uint16_t number, Channel& channel, SubscriptionActions& actions);
   /// Ends the use of notifications: all channels are polled.
   void give_up(const fabric::Message& reason, SubscriptionActions& actions, SteadyTime now);
-  void reset(std::uint16_t channel, ChannelSubscription& subscription, Step step,
-             SubscriptionActions& actions);
+  /// The next subscription begins with this step.
+  static void reset(std::uint16_t number, Channel& channel, Step step,
+                    SubscriptionActions& actions);
   void try_again(SteadyTime now);
   void describe(SubscriptionActions& actions);
 
   SubscriptionMode mode_;
-  std::map<std::uint16_t, ChannelSubscription> channels_;
+  std::map<std::uint16_t, Channel> channels_;
   /// Why no notifications are requested on this link, or not now.
   fabric::Message given_up_;
   int times_late_ = 0;
