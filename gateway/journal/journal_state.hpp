@@ -15,6 +15,9 @@
 
 namespace millrace::gateway::journal {
 
+/// Its calls are copies of the core's: what was appended, not what is so now. The core notes a step
+/// when it is confirmed or shown, and has no record of a call that it left to be found again; a
+/// shortened file must still have both (docs/dev/decisions/values.md).
 class JournalState {
  public:
   /// An entry of a call that no Dispatched entry has opened is ignored: its call ended before the
