@@ -21,15 +21,21 @@ void fail(VariableCacheEntry& entry, ErrorCode code, const fabric::Message& reas
 
 }  // namespace
 
-VariableCacheEntry& VariableCache::of(std::uint16_t channel, const std::string& name) {
+std::shared_ptr<VariableCacheEntry> VariableCache::of(std::uint16_t channel,
+                                                      const std::string& name) {
   if (all_.size() >= most) {
-    std::erase_if(all_, [](const auto& entry) { return entry.second.users == 0; });
+    forget_unneeded();
   }
-  const auto [found, is_new] = all_.try_emplace({channel, name});
-  if (is_new) {
-    found->second.result.value.name = name;
+  std::shared_ptr<VariableCacheEntry>& entry = all_[{channel, name}];
+  if (entry == nullptr) {
+    entry = std::make_shared<VariableCacheEntry>();
+    entry->result.value.name = name;
   }
-  return found->second;
+  return entry;
+}
+
+void VariableCache::forget_unneeded() {
+  std::erase_if(all_, [](const auto& entry) { return entry.second.use_count() == 1; });
 }
 
 void VariableCache::on_resolved(VariableCacheEntry& entry, const Found& found, Moment now) {
@@ -76,16 +82,16 @@ void VariableCache::on_read(VariableCacheEntry& entry, const Answered& answer, M
 }
 
 void VariableCache::forget_values() {
-  for (auto& [key, entry] : all_) {
-    entry.at = SteadyTime::min();
+  for (const auto& [key, entry] : all_) {
+    entry->at = SteadyTime::min();
   }
 }
 
 void VariableCache::forget() {
-  std::erase_if(all_, [](const auto& entry) { return entry.second.users == 0; });
-  for (auto& [key, entry] : all_) {
-    entry.reading.reset();
-    entry.at = SteadyTime::min();
+  forget_unneeded();
+  forget_values();
+  for (const auto& [key, entry] : all_) {
+    entry->reading.reset();
   }
 }
 

@@ -1,12 +1,13 @@
 // What is known about the requested variables: how each is read, and its last value. Pure.
 //
-//   VariableCacheEntry& entry = cache.of(1, "V.E.LIMIT");
-//   cache.on_resolved(entry, found, now);
-//   cache.on_read(entry, bytes, now);            // entry.result.value is good, entry.at is now
+//   const auto entry = cache.of(1, "V.E.LIMIT");
+//   cache.on_resolved(*entry, found, now);
+//   cache.on_read(*entry, bytes, now);            // entry->result.value is good, entry->at is now
 #pragma once
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -35,8 +36,6 @@ struct VariableCacheEntry {
   fabric::VariableResult result{};
   /// The time of that response.
   SteadyTime at = SteadyTime::min();
-  /// Number of requests that need it; it is kept while there are any.
-  std::uint32_t users = 0;
   /// The step that is being put together includes it.
   bool in_batch = false;
 };
@@ -46,8 +45,8 @@ class VariableCache {
   /// Further ones are kept only while a request waits for them.
   static constexpr std::size_t most = 4'096;
 
-  /// Its address stays the same while it has users.
-  VariableCacheEntry& of(std::uint16_t channel, const std::string& name);
+  /// It is kept while a request needs it, which has it until then.
+  std::shared_ptr<VariableCacheEntry> of(std::uint16_t channel, const std::string& name);
 
   static void on_resolved(VariableCacheEntry& entry, const Found& found, Moment now);
   /// A refusal of what was read before is not an answer: its handle may be another by now, and it
@@ -61,7 +60,9 @@ class VariableCache {
   [[nodiscard]] std::size_t size() const { return all_.size(); }
 
  private:
-  std::map<std::pair<std::uint16_t, std::string>, VariableCacheEntry> all_;
+  void forget_unneeded();
+
+  std::map<std::pair<std::uint16_t, std::string>, std::shared_ptr<VariableCacheEntry>> all_;
 };
 
 // Values as text for logs and recordings, and errors for replies.

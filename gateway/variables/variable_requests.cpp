@@ -64,9 +64,7 @@ void VariableRequests::on_down(const fabric::Message& reason, Moment now) {
     }
     replies_.refuse(open.request, why, now);
   }
-  while (!requests_.empty()) {
-    remove(requests_.begin());
-  }
+  requests_.clear();
   end_step();
   at_once_ = data::Sampler::most_together;
   cache_.forget();
@@ -88,7 +86,7 @@ void VariableRequests::on_over(std::uint16_t channel, Moment now) {
               open->second.request.key.to_string()),
           now);
     }
-    open = remove(open);
+    open = requests_.erase(open);
   }
   served_.erase(channel);
   if (channel == 0) {
@@ -103,13 +101,7 @@ VariableRequests::Entries VariableRequests::end_step(std::uint64_t requests) {
   rate_limit_.spend(static_cast<double>(requests));
   PendingStep step = std::exchange(pending_, {});
   Entries* const entries = std::get_if<Entries>(&step);
-  if (entries == nullptr) {
-    return {};
-  }
-  for (VariableCacheEntry* const entry : *entries) {
-    --entry->users;
-  }
-  return std::move(*entries);
+  return entries == nullptr ? Entries{} : std::move(*entries);
 }
 
 VariableRequests::OpenRequests::iterator VariableRequests::end_request_step(
@@ -186,17 +178,8 @@ void VariableRequests::add(const VariableRequest& request, Moment now) {
       break;
   }
   for (const std::string& name : request.names) {
-    VariableCacheEntry& entry = cache_.of(request.key.channel, name);
-    ++entry.users;
-    open.variables.push_back(&entry);
+    open.variables.push_back(cache_.of(request.key.channel, name));
   }
-}
-
-VariableRequests::OpenRequests::iterator VariableRequests::remove(OpenRequests::iterator open) {
-  for (VariableCacheEntry* const entry : open->second.variables) {
-    --entry->users;
-  }
-  return requests_.erase(open);
 }
 
 std::optional<SteadyTime> VariableRequests::next_time(SteadyTime now) {
@@ -217,16 +200,15 @@ std::optional<SteadyTime> VariableRequests::next_time(SteadyTime now) {
 
 void VariableRequests::complete(Moment now) {
   for (auto open = requests_.begin(); open != requests_.end();) {
-    open = complete(open->second, now) ? remove(open) : std::next(open);
+    open = complete(open->second, now) ? requests_.erase(open) : std::next(open);
   }
 }
 
 bool VariableRequests::complete(OpenRequest& open, Moment now) {
   const bool reads =
       open.phase == Phase::reading || open.phase == Phase::before || open.phase == Phase::after;
-  if (!reads || !std::ranges::all_of(open.variables, [&](const VariableCacheEntry* entry) {
-        return entry->at >= open.since;
-      })) {
+  if (!reads || !std::ranges::all_of(open.variables,
+                                     [&](const auto& entry) { return entry->at >= open.since; })) {
     return false;
   }
   if (open.phase == Phase::reading) {
@@ -249,7 +231,7 @@ bool VariableRequests::complete(OpenRequest& open, Moment now) {
 
 void VariableRequests::finish_read(const OpenRequest& open, Moment now) {
   std::size_t bytes = 0;
-  for (const VariableCacheEntry* const entry : open.variables) {
+  for (const auto& entry : open.variables) {
     bytes += entry->reading ? entry->reading->length : 0;
   }
   if (bytes > fabric::most_variable_bytes) {
@@ -272,7 +254,7 @@ void VariableRequests::on_time(Moment now) {
       continue;
     }
     expire(open->second, now);
-    open = remove(open);
+    open = requests_.erase(open);
   }
 }
 

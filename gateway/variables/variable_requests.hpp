@@ -17,6 +17,7 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -135,7 +136,7 @@ class VariableRequests {
   Output take_output() { return replies_.take_output(); }
 
  private:
-  using Entries = std::vector<VariableCacheEntry*>;
+  using Entries = std::vector<std::shared_ptr<VariableCacheEntry>>;
   enum class Phase : std::uint8_t {
     reading,
     /// The values before the write.
@@ -164,7 +165,6 @@ class VariableRequests {
   [[nodiscard]] std::string too_much(const fabric::VariableRequest& request) const;
   [[nodiscard]] std::string unwritable(const fabric::VariableRequest& request, Moment now) const;
   void add(const fabric::VariableRequest& request, Moment now);
-  OpenRequests::iterator remove(OpenRequests::iterator open);
 
   struct Batch;
   std::optional<Step> turn_of(std::uint64_t number, const OpenRequest& open);

@@ -155,7 +155,7 @@ std::string VariableRequests::prepare(OpenRequest& open) const {
 std::vector<fabric::VariableResult> VariableRequests::results_of(const OpenRequest& open) {
   std::vector<fabric::VariableResult> results;
   results.reserve(open.variables.size());
-  for (const VariableCacheEntry* const entry : open.variables) {
+  for (const auto& entry : open.variables) {
     results.push_back(entry->result);
   }
   return results;

@@ -26,7 +26,8 @@ struct VariableRequests::Batch {
 
 void VariableRequests::add_to_batch(Batch& batch, const OpenRequest& open) {
   for (std::size_t i = 0; i < open.variables.size(); ++i) {
-    VariableCacheEntry& entry = *open.variables[i];
+    const std::shared_ptr<VariableCacheEntry>& variable = open.variables[i];
+    VariableCacheEntry& entry = *variable;
     if (entry.at >= open.since || entry.in_batch) {
       continue;
     }
@@ -36,7 +37,7 @@ void VariableRequests::add_to_batch(Batch& batch, const OpenRequest& open) {
         entry.in_batch = true;
         batch.resolve.channel = open.request.key.channel;
         batch.resolve.names.push_back(open.request.names[i]);
-        batch.resolved.push_back(&entry);
+        batch.resolved.push_back(variable);
       }
       continue;
     }
@@ -47,7 +48,7 @@ void VariableRequests::add_to_batch(Batch& batch, const OpenRequest& open) {
       entry.in_batch = true;
       batch.bytes += entry.reading->length;
       batch.read.readings.push_back(*entry.reading);
-      batch.to_read.push_back(&entry);
+      batch.to_read.push_back(variable);
     }
   }
 }
@@ -66,17 +67,14 @@ std::optional<Step> VariableRequests::start(Batch batch) {
   // By turns, so that requests for missing variables do not delay the others.
   const bool resolve = !batch.resolved.empty() && (batch.to_read.empty() || !resolved_last_);
   resolved_last_ = resolve;
-  for (const Entries& entries : {batch.resolved, batch.to_read}) {
-    for (VariableCacheEntry* const entry : entries) {
+  for (const Entries* const both : {&batch.resolved, &batch.to_read}) {
+    for (const std::shared_ptr<VariableCacheEntry>& entry : *both) {
       entry->in_batch = false;
     }
   }
   Entries& entries = resolve ? batch.resolved : batch.to_read;
   if (entries.empty()) {
     return std::nullopt;
-  }
-  for (VariableCacheEntry* const entry : entries) {
-    ++entry->users;
   }
   pending_ = std::move(entries);
   return resolve ? Step(std::move(batch.resolve)) : Step(std::move(batch.read));
@@ -162,7 +160,7 @@ void VariableRequests::on_written(const cnc::ads::Result<void>& outcome, std::ui
   auto results = results_of(open);
   results[open.written].error = ads_number(outcome.error());
   replies_.refuse(open.request, why, now, std::move(results));
-  remove(found);
+  requests_.erase(found);
   complete(now);
 }
 
@@ -190,7 +188,7 @@ void VariableRequests::on_listed(const cnc::ads::Result<Page>& page, std::uint64
         fmt::format("cannot list {}: {}", request.names.front(), cnc::ads::describe(page.error())),
         now);
   }
-  remove(found);
+  requests_.erase(found);
   complete(now);
 }
 

@@ -175,6 +175,7 @@ class RecordedCore {
     return core_.channels_of(machine);
   }
   [[nodiscard]] bool serves(const fabric::ChannelKey& key) const { return core_.serves(key); }
+  [[nodiscard]] core::CallCounts counts() const { return core_.counts(); }
   [[nodiscard]] std::optional<SteadyTime> next_time() const { return ports_.wakes_at; }
   /// As it was published last.
   [[nodiscard]] const fabric::MachineStatus& machine_status() const {

@@ -33,6 +33,23 @@ TEST_F(CoreCallsTest, ReleasesAnIdleChannelAsSoonAsNothingIsUnderWay) {
   EXPECT_THAT(sut->on_time(now), IsEmpty());
 }
 
+TEST_F(CoreCallsTest, CountsTheCallsOfAChannelThatHasLeft) {
+  start_with(instance(1));
+  answered_call(1);
+  sut->drain({"cnc", 1}, now);
+  ASSERT_THAT(sut->channels_of("cnc"), ElementsAre(2));
+  EXPECT_EQ(sut->counts().answered, 1U);
+}
+
+TEST_F(CoreCallsTest, DoesNotRememberWhyAChannelThatHasLeftWasBlocked) {
+  start_with(at_most_once(1));
+  sut->predecessor_call({"cnc", 1}, uuid, "gateway 5f");
+  confirm(request(1));
+  ASSERT_THAT(journal_state.blocked(), SizeIs(1));
+  confirm(sut->not_owner({"cnc", 1}, "served by another gateway", now));
+  EXPECT_THAT(journal_state.blocked(), IsEmpty());
+}
+
 TEST_F(CoreCallsTest, LeavesTheCallToTheOtherGatewayThatServesTheChannel) {
   start_with(instance(1));
   confirm(request(1));
