@@ -3,8 +3,6 @@
 #include <cassert>
 #include <utility>
 
-#include <fmt/format.h>
-
 #include "base/messages/catalogue.hpp"
 #include "gateway/text.hpp"
 

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include <fmt/format.h>
-
 #include "base/messages/catalogue.hpp"
 
 namespace millrace::gateway {

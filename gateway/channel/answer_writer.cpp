@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cassert>
 
-#include <fmt/format.h>
-
 #include "base/messages/catalogue.hpp"
 
 namespace millrace::gateway::channel {

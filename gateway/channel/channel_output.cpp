@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 
 #include "base/messages/catalogue.hpp"
-#include "gateway/text.hpp"
 
 namespace millrace::gateway::channel {
 

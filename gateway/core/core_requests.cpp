@@ -2,8 +2,6 @@
 // accepted with a new number, blocked for an operator, or answered here.
 #include <string>
 
-#include <fmt/format.h>
-
 #include "base/messages/catalogue.hpp"
 #include "fabric/cases.hpp"
 #include "fabric/channel_scope.hpp"

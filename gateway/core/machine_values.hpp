@@ -13,7 +13,6 @@
 #include <optional>
 #include <set>
 #include <string>
-#include <vector>
 
 #include "gateway/core/ports.hpp"
 #include "gateway/data/sampler.hpp"

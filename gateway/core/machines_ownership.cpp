@@ -1,5 +1,4 @@
 // Ownership of machines and channels among gateways.
-#include <algorithm>
 #include <utility>
 
 #include <fmt/format.h>

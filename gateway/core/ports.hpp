@@ -5,7 +5,6 @@
 
 #include <memory>
 #include <optional>
-#include <string>
 
 #include "fabric/command.hpp"
 #include "fabric/data.hpp"

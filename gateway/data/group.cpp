@@ -4,8 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "gateway/text.hpp"
-
 namespace millrace::gateway::data {
 
 using fabric::DataSample;

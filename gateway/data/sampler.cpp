@@ -8,7 +8,6 @@
 
 #include "base/messages/catalogue.hpp"
 #include "gateway/data/group.hpp"
-#include "gateway/text.hpp"
 
 namespace millrace::gateway::data {
 

@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 
 #include "base/messages/catalogue.hpp"
-#include "fabric/channel_scope.hpp"
 #include "gateway/dispatch/near_miss.hpp"
 #include "gateway/text.hpp"
 

@@ -6,7 +6,6 @@
 //   Instance* best = instances.choose(&ScopeGroup::with_room, "560aacbf-…", {"cnc", 1});
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <map>
 #include <memory>

@@ -6,7 +6,6 @@
 //   if (const auto* other = claims.owner_before({"cnc", 1}, our_claim)) …      // until it is gone
 #pragma once
 
-#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <map>

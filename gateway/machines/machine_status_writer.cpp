@@ -3,8 +3,6 @@
 #include <cmath>
 #include <utility>
 
-#include "gateway/text.hpp"
-
 namespace millrace::gateway::machines {
 
 void MachineStatusWriter::on_up(std::size_t channels, fabric::WatchMode watch,

@@ -1,7 +1,6 @@
 #include "gateway/programs/program_watch.hpp"
 
 #include <algorithm>
-#include <utility>
 
 #include "base/messages/catalogue.hpp"
 

@@ -14,7 +14,6 @@
 #include "fabric/data.hpp"
 #include "gateway/queues/queue_settings.hpp"
 #include "gateway/queues/ring.hpp"
-#include "gateway/text.hpp"
 
 namespace millrace::gateway::queues {
 

@@ -1,12 +1,10 @@
 #include "gateway/shell/ads_service_access.hpp"
 
-#include <algorithm>
 #include <utility>
 
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/use_awaitable.hpp>
-#include <fmt/format.h>
 
 #include "base/messages/catalogue.hpp"
 #include "base/program/barrier.hpp"

@@ -2,7 +2,6 @@
 
 #include "cnc/ads/error.hpp"
 #include "gateway/data/group.hpp"
-#include "gateway/text.hpp"
 
 namespace millrace::gateway::variables {
 

@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include "base/messages/format.hpp"
-#include "gateway/text.hpp"
 
 namespace millrace::gateway::variables {
 

@@ -1,5 +1,4 @@
 // The requests to the controller, and their results.
-#include <algorithm>
 
 #include <fmt/format.h>
 

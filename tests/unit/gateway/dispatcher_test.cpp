@@ -274,6 +274,17 @@ TEST_F(DispatcherTest, ReturnsABlockedCallToItsInstance) {
   EXPECT_THAT(words(sut.on_instance_ready(identity)), ElementsAre("1→1#1"));
 }
 
+TEST_F(DispatcherTest, ForgetsABlockedCallThatIsOver) {
+  auto identity = instance(1);
+  identity.delivery = fabric::Delivery::at_most_once;
+  sut.on_instance_ready(identity);
+  add(1);
+  sut.on_instance_gone(id(1), start);
+  sut.on_time(start + 100ms);
+  EXPECT_THAT(remove(1), IsEmpty());
+  EXPECT_THAT(words(sut.on_instance_ready(identity)), IsEmpty());
+}
+
 TEST_F(DispatcherTest, ResumesACallAtTheInstanceThatHadIt) {
   EXPECT_THAT(words(sut.resume(dispatched(1, 1, 3), start)), IsEmpty());
   EXPECT_THAT(words(sut.on_instance_ready(instance(2))), IsEmpty());

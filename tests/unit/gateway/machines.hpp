@@ -21,15 +21,18 @@ using machines::Channels;
 /// Of a link that is up at once and answers nothing.
 class NoLink final : public SilentLink {
  public:
+  using SilentLink::ask;
   using SilentLink::subscribe;
-  NoLink(std::vector<Channels>& watched, std::vector<Channels>& unwatched)
-      : watched_(watched), unwatched_(unwatched) {}
+  NoLink(std::vector<Channels>& watched, std::vector<Channels>& unwatched, int& questions)
+      : watched_(watched), unwatched_(unwatched), questions_(questions) {}
+  void ask(const machines::Question&) override { ++questions_; }
   void subscribe(const Channels& channels) override { watched_.push_back(channels); }
   void unsubscribe(const Channels& channels) override { unwatched_.push_back(channels); }
 
  private:
   std::vector<Channels>& watched_;
   std::vector<Channels>& unwatched_;
+  int& questions_;
 };
 
 /// With links that are up at once.
@@ -44,7 +47,7 @@ class MachinePorts final : public core::RecordedPorts {
   }
   std::unique_ptr<machines::Controller> connect(const settings::MachineSettings&) override {
     linked = true;
-    return std::make_unique<NoLink>(watched, unwatched);
+    return std::make_unique<NoLink>(watched, unwatched, questions);
   }
 
   bool linked = false;
@@ -53,6 +56,8 @@ class MachinePorts final : public core::RecordedPorts {
   std::vector<fabric::MachineStatus> given_up;
   std::vector<Channels> watched;
   std::vector<Channels> unwatched;
+  /// For values.
+  int questions = 0;
 };
 
 class MachinesTest : public testing::Test, public core::MachinesListener {

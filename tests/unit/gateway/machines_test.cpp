@@ -233,6 +233,31 @@ TEST_F(MachinesTest, InheritsACallReportedBeforeItsConfigurationNamedTheMachine)
   EXPECT_THAT(predecessor_calls, ElementsAre(Pair(1, "")));
 }
 
+TEST_F(MachinesTest, OwnAChannelThatIsNewInTheConfigurationFromThenOn) {
+  settings::MachineSettings machine;
+  machine.name = "cnc";
+  machine.channels = {1, 2};
+  sut.set({machine}, time);
+  serve();
+  const fabric::Time first = told.claimed;
+  time.wall += 1h;
+  machine.channels = {2};
+  sut.set({machine}, time);
+  time_passes();
+  EXPECT_EQ(told.claimed, first);
+  machine.channels = {2, 3};
+  sut.set({machine}, time);
+  time_passes();
+  EXPECT_EQ(told.claimed, time.wall);
+}
+
+TEST_F(MachinesTest, AskForAVariableAtOnce) {
+  serve();
+  sut.on_request({.requester = gateway_id(3), .key = {"cnc", 1}, .names = {"V.E.A"}}, time);
+  sut.ask_values(time);
+  EXPECT_EQ(ports.questions, 1);
+}
+
 TEST_F(MachinesTest, SaysThatAMachineWasRemovedOnceItsCallsAreOver) {
   serve();
   sut.set({}, time);

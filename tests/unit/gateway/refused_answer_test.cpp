@@ -43,6 +43,8 @@ TEST(AResponse, ToAProgramThatWaitsForTheTextHasOneAndAnyState) {
 TEST(AResponse, FromOurOwnTextAlwaysFits) {
   EXPECT_EQ(Response::in_words(with_nul, 1).text(), "1.4? 14");
   EXPECT_EQ(Response::in_words(too_long, 1).text(), std::string(124, 'x') + "...");
+  const std::string longest(fabric::max_text, 'x');
+  EXPECT_EQ(Response::in_words(longest, 1).text(), longest);
 }
 
 class RefusedAnswer : public testing::Test {

@@ -14,7 +14,8 @@
 
 namespace millrace::gateway::variables {
 
-/// A controller whose variables are SGN32 numbers, and the time; a test advances both.
+/// A controller whose variables are SGN32 numbers and empty texts, and the time; a test advances
+/// both.
 class VariableRequestsTest : public testing::Test {
  protected:
   VariableRequestsTest() {
@@ -61,9 +62,11 @@ class VariableRequestsTest : public testing::Test {
 
   cnc::variables::Reading reading_of(const std::string& name) const {
     cnc::variables::Reading reading;
-    reading.length = 4;
-    reading.size = 4;
-    reading.type = {cnc::variables::Type::sgn32, 4};
+    const bool text = name.starts_with("V.E.S");
+    reading.length = text ? text_size : 4;
+    reading.size = reading.length;
+    reading.type = {text ? cnc::variables::Type::string : cnc::variables::Type::sgn32,
+                    reading.length};
     reading.input = cnc::ads::Bytes(name.begin(), name.end());
     reading.access =
         name == "V.E.C" ? cnc::variables::Access::read_only : cnc::variables::Access::read_write;
@@ -106,6 +109,8 @@ class VariableRequestsTest : public testing::Test {
           values.emplace_back(tl::unexpected(failure));
         } else if (!numbers.contains(names.back())) {
           values.emplace_back(tl::unexpected(cnc::ads::ErrorCode::invalid_handle));
+        } else if (names.back().starts_with("V.E.S")) {
+          values.emplace_back(cnc::variables::Bytes(text_size));
         } else {
           values.emplace_back(
               cnc::ads::ByteWriter().u32(static_cast<std::uint32_t>(numbers[names.back()])).take());
@@ -152,6 +157,8 @@ class VariableRequestsTest : public testing::Test {
   }
 
   std::map<std::string, std::int32_t> numbers;
+  /// Of V.E.S…, which are texts.
+  std::uint32_t text_size = 256;
   cnc::ads::ErrorCode failure = cnc::ads::ErrorCode::none;
   std::string unwritable;
   cnc::ads::ErrorCode write_error = cnc::ads::ErrorCode::access_denied_index;

@@ -257,6 +257,22 @@ TEST_F(VariableRequestsTest, LimitsTheNumberOfNames) {
   EXPECT_THAT(answers[0].reply.reason, HasSubstr("8192 variables of press are being requested"));
 }
 
+TEST_F(VariableRequestsTest, LimitsTheBytesOfAReply) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < fabric::most_variables; ++i) {
+    numbers[names.emplace_back("V.E.S" + std::to_string(i))] = 0;
+  }
+  for (const std::uint32_t each : {256U, 257U}) {
+    text_size = each;
+    begin();
+    ask(request(names));
+    settle();
+  }
+  ASSERT_THAT(answers, SizeIs(2));
+  EXPECT_EQ(answers[0].reply.reason, fabric::Message());
+  EXPECT_THAT(answers[1].reply.reason, HasSubstr("65792 bytes together; at most 65536"));
+}
+
 TEST_F(VariableRequestsTest, HasRoomAgainForNamesThatItHasAnswered) {
   std::vector<std::string> names;
   for (std::size_t i = 0; i < fabric::most_variables; ++i) {
@@ -506,8 +522,8 @@ TEST(WriteRules, NeverAllowAWriteOfTheServiceInterfaceHoweverItIsSpelled) {
   }
   EXPECT_TRUE(is_service_interface(std::string("V.G.\0SERVICE.UUID", 17)));
   EXPECT_TRUE(is_service_interface("V.G.SER\xA0VICE.UUID"));
-  for (const char* name :
-       {"V.G.SERVICES.UUID", "V.E.SERVICE.UUID", "V.G.SERVICE_2", "V.G.SERVIC"}) {
+  for (const char* name : {"V.G.SERVICES.UUID", "V.G.SERVICE0", "V.G.SERVICE9", "V.G.SERVICEA",
+                           "V.G.SERVICEZ", "V.E.SERVICE.UUID", "V.G.SERVICE_2", "V.G.SERVIC"}) {
     EXPECT_FALSE(is_service_interface(name)) << name;
     EXPECT_THAT(objection(everything, 1, name), IsEmpty()) << name;
   }
