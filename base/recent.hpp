@@ -75,10 +75,10 @@ class Recent {
   }
   template <typename If>
   void erase_if(const If& is_gone) {
-    std::erase_if(places_, [&](const auto& one) {
-      const bool gone = is_gone(*one.second);
+    std::erase_if(places_, [&](const auto& place) {
+      const bool gone = is_gone(*place.second);
       if (gone) {
-        entries_.erase(one.second);
+        entries_.erase(place.second);
       }
       return gone;
     });

@@ -69,17 +69,17 @@ AlarmTable::Changes AlarmTable::changes() {
   Published now = wanted();
   Changes changes;
   for (const auto& [key, alarm] : now) {
-    const auto before = told_.find(key);
-    if (before == told_.end() || before->second != alarm) {
+    const auto before = published_.find(key);
+    if (before == published_.end() || before->second != alarm) {
       changes.to_publish.push_back(alarm);
     }
   }
-  for (const auto& [key, alarm] : told_) {
+  for (const auto& [key, alarm] : published_) {
     if (!now.contains(key)) {
       changes.to_dispose.push_back(alarm);
     }
   }
-  told_ = std::move(now);
+  published_ = std::move(now);
   return changes;
 }
 

@@ -37,14 +37,14 @@ class AlarmTable {
   [[nodiscard]] bool empty() const { return all_.empty(); }
   /// The published alarms.
   using Published = std::map<AlarmKey, Alarm>;
-  [[nodiscard]] const Published& told() const { return told_; }
+  [[nodiscard]] const Published& published() const { return published_; }
 
  private:
   [[nodiscard]] Published wanted() const;
 
   Alarm who_;
   std::map<AlarmKey, Alarm> all_;
-  Published told_;
+  Published published_;
 };
 
 }  // namespace millrace::fabric

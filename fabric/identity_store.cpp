@@ -52,8 +52,8 @@ void IdentityStore::unmatched(Handle writer) {
 
 std::vector<IdentityStore::Handle> IdentityStore::revoke(const std::set<std::string>& names) {
   std::vector<Handle> news;
-  for (const auto& [participant, one] : entries_) {
-    if (one.there && names.contains(one.identity->name) && !is_revoked(one.identity->name)) {
+  for (const auto& [participant, entry] : entries_) {
+    if (entry.there && names.contains(entry.identity->name) && !is_revoked(entry.identity->name)) {
       news.push_back(participant);
     }
   }
@@ -87,8 +87,8 @@ std::string IdentityStore::name_of_writer(Handle writer) const {
 
 bool IdentityStore::has_gateway_of(std::string_view machine) const {
   const std::string name(machine_of(machine));
-  return std::ranges::any_of(entries_, [&](const auto& one) {
-    return one.second.there && one.second.identity->machines.contains(name);
+  return std::ranges::any_of(entries_, [&](const auto& entry) {
+    return entry.second.there && entry.second.identity->machines.contains(name);
   });
 }
 
@@ -99,8 +99,8 @@ bool IdentityStore::is_there(Handle participant) const {
 
 std::vector<IdentityStore::Handle> IdentityStore::participants() const {
   std::vector<Handle> all;
-  for (const auto& [participant, one] : entries_) {
-    if (one.there) {
+  for (const auto& [participant, entry] : entries_) {
+    if (entry.there) {
       all.push_back(participant);
     }
   }

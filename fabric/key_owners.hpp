@@ -83,7 +83,7 @@ class KeyOwners {
       }
       std::erase_if(samples, [&](const Sample& sample) { return is_gone(sample.writer); });
     }
-    std::erase_if(samples_, [](const auto& one) { return one.second.empty(); });
+    std::erase_if(samples_, [](const auto& samples) { return samples.second.empty(); });
     return changed;
   }
   void forget(const Key& key) { samples_.erase(key); }
@@ -92,8 +92,8 @@ class KeyOwners {
   /// true.
   template <typename Use>
   void each_from(const Key& key, const Use& use) {
-    for (auto one = samples_.lower_bound(key); one != samples_.end(); ++one) {
-      if (!use(one->first, one->second.front())) {
+    for (auto sample = samples_.lower_bound(key); sample != samples_.end(); ++sample) {
+      if (!use(sample->first, sample->second.front())) {
         return;
       }
     }

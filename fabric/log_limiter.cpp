@@ -12,7 +12,7 @@ std::optional<std::string> LogLimiter::admit(const std::string& kind, const std:
   }
   if (heard_.size() >= most_kinds) {
     // A subject that was silent for this long does not use up the limit.
-    std::erase_if(heard_, [&](const auto& one) { return now - one.second.since >= 2 * pause; });
+    std::erase_if(heard_, [&](const auto& entry) { return now - entry.second.since >= 2 * pause; });
   }
   if (heard_.size() < most_kinds) {
     heard_.emplace(std::pair(kind, about), Heard{.since = now, .text = text});
@@ -26,30 +26,29 @@ std::optional<std::string> LogLimiter::admit(const std::string& kind, const std:
   return line;
 }
 
-std::optional<std::string> LogLimiter::admit(Heard& heard, const std::string& text,
-                                             SteadyTime now) {
-  if (now - heard.since < pause) {
-    ++heard.more;
-    heard.text = text;
+std::optional<std::string> LogLimiter::admit(Heard& line, const std::string& text, SteadyTime now) {
+  if (now - line.since < pause) {
+    ++line.more;
+    line.text = text;
     return std::nullopt;
   }
-  const std::uint64_t more = heard.more;
-  heard = {.since = now, .text = text};
+  const std::uint64_t more = line.more;
+  line = {.since = now, .text = text};
   return more > 0 ? fmt::format("{} (and {} more like this before)", text, more) : text;
 }
 
 std::vector<std::string> LogLimiter::due(SteadyTime now) {
   std::vector<std::string> lines;
   for (auto place = heard_.begin(); place != heard_.end();) {
-    Heard& heard = place->second;
-    if (now - heard.since < pause) {
+    Heard& line = place->second;
+    if (now - line.since < pause) {
       ++place;
-    } else if (heard.more == 0) {
+    } else if (line.more == 0) {
       place = heard_.erase(place);
     } else {
-      lines.push_back(fmt::format("{} (and {} more like this in {} s)", heard.text, heard.more - 1,
+      lines.push_back(fmt::format("{} (and {} more like this in {} s)", line.text, line.more - 1,
                                   pause.count()));
-      heard = {.since = now, .text = heard.text};
+      line = {.since = now, .text = line.text};
       ++place;
     }
   }

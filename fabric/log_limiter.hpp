@@ -41,7 +41,7 @@ class LogLimiter {
     std::string text{};
   };
 
-  static std::optional<std::string> admit(Heard& heard, const std::string& text, SteadyTime now);
+  static std::optional<std::string> admit(Heard& line, const std::string& text, SteadyTime now);
 
   std::map<std::pair<std::string, std::string>, Heard> heard_;
   /// When there are too many kinds.

@@ -56,15 +56,15 @@ std::optional<ParticipantIdentity> parse_participant_identity(
     if (!partition.starts_with(prefix)) {
       continue;
     }
-    const std::string_view said = partition.substr(prefix.size());
-    if (auto name = after(said, of_name)) {
+    const std::string_view claimed = partition.substr(prefix.size());
+    if (auto name = after(claimed, of_name)) {
       if (!identity.name.empty() && identity.name != *name) {
         return std::nullopt;
       }
       identity.name = *std::move(name);
-    } else if (auto role = after(said, of_role)) {
+    } else if (auto role = after(claimed, of_role)) {
       identity.roles.insert(*std::move(role));
-    } else if (auto machine = after(said, of_machine)) {
+    } else if (auto machine = after(claimed, of_machine)) {
       identity.machines.insert(*std::move(machine));
     }
   }
@@ -123,12 +123,12 @@ std::string denial_of(const IdentityStatus& status, Authorization authorization,
   return name;
 }
 
-std::string issuer_of(const std::string& certificate, const std::string& said) {
-  if (certificate.empty() || said == certificate || said.starts_with(certificate + " (")) {
-    return said;
+std::string issuer_of(const std::string& certificate, const std::string& claimed) {
+  if (certificate.empty() || claimed == certificate || claimed.starts_with(certificate + " (")) {
+    return claimed;
   }
   // At most 127 bytes fit.
-  return fmt::format("{:.40} ({:.80})", certificate, said);
+  return fmt::format("{:.40} ({:.80})", certificate, claimed);
 }
 
 base::messages::Message time_left(std::chrono::sys_seconds until, std::chrono::sys_seconds now) {

@@ -92,7 +92,7 @@ std::string denial_of(const IdentityStatus& status, Authorization authorization,
 
 /// The issuer of a command: the name in the certificate comes first, then the command's own:
 /// "office (anna@hall-pc)". Without trust (`certificate` empty) the command's own.
-std::string issuer_of(const std::string& certificate, const std::string& said);
+std::string issuer_of(const std::string& certificate, const std::string& claimed);
 
 // When the expiry of a certificate needs a warning, and how far off it is. Pure.
 

@@ -101,8 +101,8 @@ std::string revocation_list(const std::vector<Revoked>& revoked, const Certifica
   X509_CRL_set_issuer_name(list.get(), X509_get_subject_name(authority.get()));
   X509_CRL_set1_lastUpdate(list.get(), asn1_of(from).get());
   X509_CRL_set1_nextUpdate(list.get(), asn1_of(until).get());
-  for (const Revoked& one : revoked) {
-    add(list.get(), one);
+  for (const Revoked& entry : revoked) {
+    add(list.get(), entry);
   }
   X509_CRL_sort(list.get());
   expect(X509_CRL_sign(list.get(), authority_key.get(), EVP_sha256()) > 0, "cannot sign a CRL");

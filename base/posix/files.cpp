@@ -125,8 +125,8 @@ char lower(char c) {
   return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
 }
 
-bool same_but_for_case(std::string_view one, std::string_view other) {
-  return std::ranges::equal(one, other, {}, lower, lower);
+bool same_but_for_case(std::string_view left, std::string_view other) {
+  return std::ranges::equal(left, other, {}, lower, lower);
 }
 
 /// The entry of a folder with this name, case-insensitive.

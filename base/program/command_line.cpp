@@ -80,7 +80,7 @@ using Words = std::vector<std::string>;
 
 /// " (did you mean 'services'?)" where a known word is near; "" where none is.
 std::string meant(const std::string& word, const Words& known) {
-  const auto distance = [&](const std::string& one) { return text::edit_distance(word, one); };
+  const auto distance = [&](const std::string& name) { return text::edit_distance(word, name); };
   const auto nearest = std::ranges::min_element(known, {}, distance);
   // A third of the word may be wrong, as in "servces" and "chanels".
   return nearest == known.end() || distance(*nearest) > std::max<std::size_t>(1, word.size() / 3)

@@ -35,18 +35,18 @@ class Repeats {
   std::uint64_t over(const std::string& kind);
 
  private:
-  struct Heard {
+  struct Line {
     std::uint64_t times = 0;
     /// Events since the last line.
-    std::uint64_t unsaid = 0;
-    Time said{};
+    std::uint64_t unlogged = 0;
+    Time logged{};
     Time last{};
     std::chrono::seconds pause = first_pause;
   };
 
   void forget_one();
 
-  std::map<std::string, Heard> heard_;
+  std::map<std::string, Line> lines_;
 };
 
 }  // namespace millrace::base::program

@@ -22,14 +22,15 @@ std::optional<Control> control_at(std::string_view utf8) {
     return byte < 0x20 || byte == 0x7F ? std::optional(Control{1, byte}) : std::nullopt;
   }
   for (const Range& range : ranges) {
-    const std::string_view one = utf8.substr(0, range.first.size());
-    if (one.size() == range.first.size() && one >= range.first && one <= range.last) {
-      const auto bits = [&one](std::size_t i) {
-        return static_cast<std::uint32_t>(static_cast<std::uint8_t>(one[i]) & 0x3FU);
+    const std::string_view character = utf8.substr(0, range.first.size());
+    if (character.size() == range.first.size() && character >= range.first &&
+        character <= range.last) {
+      const auto bits = [&character](std::size_t i) {
+        return static_cast<std::uint32_t>(static_cast<std::uint8_t>(character[i]) & 0x3FU);
       };
-      return Control{one.size(), one.size() == 2
-                                     ? (bits(0) & 0x1FU) << 6U | bits(1)
-                                     : (bits(0) & 0x0FU) << 12U | bits(1) << 6U | bits(2)};
+      return Control{character.size(), character.size() == 2
+                                           ? (bits(0) & 0x1FU) << 6U | bits(1)
+                                           : (bits(0) & 0x0FU) << 12U | bits(1) << 6U | bits(2)};
     }
   }
   return std::nullopt;

@@ -42,7 +42,7 @@ struct Client::Impl final : Requester {
   using Handles = std::vector<std::uint32_t>;
   static asio::awaitable<std::vector<Result<std::uint32_t>>> subscribe(
       Self self, std::uint16_t port, std::vector<AddNotificationRequest> wanted,
-      NotificationHandler told);
+      NotificationHandler handler);
   static asio::awaitable<Result<std::vector<Result<std::uint32_t>>>> add_in_a_sum(
       Self self, std::uint16_t port, std::vector<AddNotificationRequest> wanted);
   static asio::awaitable<std::vector<Result<std::uint32_t>>> add_singly(
@@ -200,7 +200,7 @@ asio::awaitable<Result<Bytes>> Client::Impl::fetch(Self self, std::uint16_t port
 
 asio::awaitable<std::vector<Result<std::uint32_t>>> Client::Impl::subscribe(
     Self self, std::uint16_t port, std::vector<AddNotificationRequest> wanted,
-    NotificationHandler told) {
+    NotificationHandler handler) {
   self->inbox.expect();
   const auto closed = self->closed;
   auto answers = co_await add_in_a_sum(self, port, wanted);
@@ -215,7 +215,7 @@ asio::awaitable<std::vector<Result<std::uint32_t>>> Client::Impl::subscribe(
   if (!self->up || self->closed != closed) {
     handles.clear();  // handles of a connection that has ended
   }
-  self->inbox.add(port, handles, told);
+  self->inbox.add(port, handles, handler);
   if (!answers) {
     co_return std::vector<Result<std::uint32_t>>(wanted.size(),
                                                  tl::make_unexpected(answers.error()));
@@ -238,8 +238,8 @@ asio::awaitable<Result<std::vector<Result<std::uint32_t>>>> Client::Impl::add_in
 asio::awaitable<std::vector<Result<std::uint32_t>>> Client::Impl::add_singly(
     Self self, std::uint16_t port, std::vector<AddNotificationRequest> wanted) {
   std::vector<Result<std::uint32_t>> answers;
-  for (const AddNotificationRequest& one : wanted) {
-    Bytes payload = encode(one);
+  for (const AddNotificationRequest& request : wanted) {
+    Bytes payload = encode(request);
     auto handle = co_await ask<std::uint32_t>(self, port, Command::add_notification,
                                               std::move(payload), &decode_handle);
     answers.push_back(handle);
@@ -271,9 +271,9 @@ asio::awaitable<void> Client::Impl::delete_notifications(Self self, std::uint16_
   }
   for (const std::uint32_t handle : handles) {
     const DeleteNotificationRequest request{handle};
-    Bytes one = encode(request);
+    Bytes encoded = encode(request);
     const auto deleted = co_await ask<void>(self, port, Command::delete_notification,
-                                            std::move(one), &decode_result);
+                                            std::move(encoded), &decode_result);
     if (!deleted && !is_refusal(deleted.error())) {
       co_return;
     }
@@ -315,8 +315,8 @@ void Client::Impl::on_notification(const Packet& packet) {
   // Handles of an earlier connection, or of another client with our address. Without deletion the
   // controller would send their samples for ever.
   for (const NotificationInbox::Handle& stranger : inbox.take_strangers()) {
-    Handles one(1, stranger.number);
-    asio::co_spawn(executor(), delete_notifications(self, stranger.port, std::move(one)),
+    Handles handles(1, stranger.number);
+    asio::co_spawn(executor(), delete_notifications(self, stranger.port, std::move(handles)),
                    base::program::rethrow_from_loop);
   }
 }
@@ -386,8 +386,8 @@ asio::awaitable<Result<Bytes>> Client::read_write(std::uint16_t port, Index inde
 }
 
 asio::awaitable<std::vector<Result<std::uint32_t>>> Client::subscribe(
-    std::uint16_t port, std::vector<AddNotificationRequest> wanted, NotificationHandler told) {
-  return Impl::subscribe(impl_, port, std::move(wanted), std::move(told));
+    std::uint16_t port, std::vector<AddNotificationRequest> wanted, NotificationHandler handler) {
+  return Impl::subscribe(impl_, port, std::move(wanted), std::move(handler));
 }
 
 asio::awaitable<void> Client::unsubscribe(std::uint16_t port, std::vector<std::uint32_t> handles) {

@@ -99,7 +99,7 @@ class Client {
   /// may be called before this returns, and is not called after unsubscribe() or the end of the
   /// connection. ADS does not guarantee delivery.
   boost::asio::awaitable<std::vector<Result<std::uint32_t>>> subscribe(
-      std::uint16_t port, std::vector<AddNotificationRequest> wanted, NotificationHandler told);
+      std::uint16_t port, std::vector<AddNotificationRequest> wanted, NotificationHandler handler);
   /// Deletes the subscriptions at the controller while the connection lasts. Their handler is not
   /// called from now on.
   boost::asio::awaitable<void> unsubscribe(std::uint16_t port, std::vector<std::uint32_t> handles);

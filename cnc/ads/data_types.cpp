@@ -48,8 +48,8 @@ char upper(char c) {
   return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
 }
 
-bool same(std::string_view one, std::string_view other) {
-  return std::ranges::equal(one, other, {}, upper, upper);
+bool same(std::string_view left, std::string_view other) {
+  return std::ranges::equal(left, other, {}, upper, upper);
 }
 
 /// The part of a name that is not parsed yet.
@@ -158,7 +158,7 @@ std::optional<DataType> array_type(Rest rest, const Structures& structures, int 
 
 std::optional<DataType> find_type(std::string_view name, const Structures& structures, int depth) {
   const auto* const base =
-      std::ranges::find_if(base_types, [&](const BaseType& one) { return same(one.name, name); });
+      std::ranges::find_if(base_types, [&](const BaseType& type) { return same(type.name, name); });
   if (base != base_types.end()) {
     return DataType{.name = std::string(base->name), .size = base->size, .number = base->number};
   }
@@ -216,9 +216,9 @@ std::optional<DataType> data_type(std::string_view name, const Structures& struc
 
 std::string array_name(const std::vector<ArrayBounds>& bounds, std::string_view element_type) {
   std::string name = "ARRAY [";
-  for (const ArrayBounds& one : bounds) {
-    name += fmt::format("{}{}..{}", name.back() == '[' ? "" : ",", one.lower,
-                        std::int64_t{one.lower} + one.elements - 1);
+  for (const ArrayBounds& dimension : bounds) {
+    name += fmt::format("{}{}..{}", name.back() == '[' ? "" : ",", dimension.lower,
+                        std::int64_t{dimension.lower} + dimension.elements - 1);
   }
   return fmt::format("{}] OF {}", name, element_type);
 }

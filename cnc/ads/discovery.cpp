@@ -40,7 +40,7 @@ NetId read_net_id(BytesView bytes) {
 
 BytesView bytes_of(const Datagram& datagram, std::uint16_t id) {
   const auto found =
-      std::ranges::find(datagram.tags, id, [](const auto& one) { return one.first; });
+      std::ranges::find(datagram.tags, id, [](const auto& tag) { return tag.first; });
   return found == datagram.tags.end() ? BytesView() : BytesView(found->second);
 }
 

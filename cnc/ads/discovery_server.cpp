@@ -58,8 +58,8 @@ asio::awaitable<void> DiscoveryServer::Impl::serve(std::shared_ptr<Impl> self) {
     }
     const auto answer = self->answer(BytesView(bytes).first(size), peer);
     if (answer) {
-      const Bytes said = encode(*answer);
-      const auto content = asio::buffer(said);
+      const Bytes encoded = encode(*answer);
+      const auto content = asio::buffer(encoded);
       co_await self->socket.async_send_to(content, peer, quietly);
     }
   }

@@ -3,8 +3,8 @@
 namespace millrace::cnc::ads {
 
 void NotificationInbox::add(std::uint16_t port, const std::vector<std::uint32_t>& handles,
-                            const NotificationHandler& told) {
-  const auto receiver = std::make_shared<const NotificationHandler>(told);
+                            const NotificationHandler& handler) {
+  const auto receiver = std::make_shared<const NotificationHandler>(handler);
   for (std::size_t item = 0; item < handles.size(); ++item) {
     if (handles[item] != 0) {
       const Handle handle{port, handles[item]};
@@ -15,13 +15,13 @@ void NotificationInbox::add(std::uint16_t port, const std::vector<std::uint32_t>
   --expected_;
   // Samples for other pending requests stay held.
   std::vector<Held> kept;
-  for (Held& one : std::exchange(held_, {})) {
-    if (const auto found = receivers_.find(one.handle); found != receivers_.end()) {
-      tell(found->second, one.value);
+  for (Held& early : std::exchange(held_, {})) {
+    if (const auto found = receivers_.find(early.handle); found != receivers_.end()) {
+      pass_on(found->second, early.value);
     } else if (expected_ > 0) {
-      kept.push_back(std::move(one));
+      kept.push_back(std::move(early));
     } else {
-      strange(one.handle);
+      strange(early.handle);
     }
   }
   held_ = std::move(kept);
@@ -41,7 +41,7 @@ void NotificationInbox::receive(std::uint16_t port, const std::vector<Stamp>& st
     for (const Sample& sample : stamp.samples) {
       const Handle handle{port, sample.handle};
       if (const auto found = receivers_.find(handle); found != receivers_.end()) {
-        tell(found->second, sample.data);
+        pass_on(found->second, sample.data);
       } else if (expected_ == 0) {
         strange(handle);
       } else if (held_.size() < most) {

@@ -3,8 +3,8 @@
 //   NotificationInbox inbox;
 //   inbox.expect();                                   // a request that adds some is on its way
 //   …                                                 // samples may come before the response
-//   inbox.add(552, handles, told);                    // the response; passes on the samples so far
-//   inbox.receive(552, stamps);                       // → told(item, value)
+//   inbox.add(552, handles, handler);                    // the response; passes on the samples so far
+//   inbox.receive(552, stamps);                       // → handler(item, value)
 //   for (auto stranger : inbox.take_strangers()) …    // delete them at the controller, once
 //
 // A handle belongs to an AMS port of the target. The first sample follows the response to its
@@ -36,7 +36,7 @@ class NotificationInbox {
   /// The request has its response: handle i belongs to item i; 0 marks an item that was refused.
   /// Passes on the samples that were held.
   void add(std::uint16_t port, const std::vector<std::uint32_t>& handles,
-           const NotificationHandler& told);
+           const NotificationHandler& handler);
   /// Ends the calls for these handles. Samples that still come for them are not strangers.
   void remove(std::uint16_t port, const std::vector<std::uint32_t>& handles);
   void receive(std::uint16_t port, const std::vector<Stamp>& stamps);
@@ -53,7 +53,7 @@ class NotificationInbox {
 
  private:
   struct Receiver {
-    std::shared_ptr<const NotificationHandler> told;
+    std::shared_ptr<const NotificationHandler> handler;
     std::size_t item = 0;
   };
   struct Held {
@@ -65,9 +65,9 @@ class NotificationInbox {
   static constexpr std::size_t most = 4096;
 
   /// The handler may destroy the client, and this object with it.
-  static void tell(const Receiver& receiver, BytesView value) {
+  static void pass_on(const Receiver& receiver, BytesView value) {
     const Receiver kept = receiver;
-    (*kept.told)(kept.item, value);
+    (*kept.handler)(kept.item, value);
   }
   void strange(const Handle& handle);
 

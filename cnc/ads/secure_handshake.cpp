@@ -286,19 +286,19 @@ asio::awaitable<tl::expected<NetId, std::string>> answer_hello(TlsStream& stream
   }
   const auto decision = welcome.admit(*request, stream.peer());
   Bytes answer = answer_to(decision, welcome);
-  const auto said = decode_connect_info(answer);
+  const auto decoded = decode_connect_info(answer);
   error = co_await write_all(stream, std::move(answer));
   if (error) {
     co_return Refused(error.message());
   }
-  if (!said) {
+  if (!decoded) {
     std::uint8_t more = 0;  // the client waits for the missing bytes
     const auto buffer = asio::buffer(&more, 1);
     co_await read_all(stream, buffer);
     co_return Refused("answered with something other than a TlsConnectInfo (fault)");
   }
-  if (said->error != ConnectError::none) {
-    co_return Refused(fmt::format("refused with {}", describe(said->error)));
+  if (decoded->error != ConnectError::none) {
+    co_return Refused(fmt::format("refused with {}", describe(decoded->error)));
   }
   co_return request->net_id;
 }

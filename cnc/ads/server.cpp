@@ -201,17 +201,17 @@ bool Server::Impl::comes_too_soon() {
 
 // A closed connection stays in the list until its coroutines have ended.
 bool Server::Impl::full() const {
-  const auto open =
-      std::ranges::count_if(connections, [](const auto& one) { return !one->closed(); });
+  const auto open = std::ranges::count_if(
+      connections, [](const auto& connection) { return !connection->closed(); });
   return static_cast<std::size_t>(open) >= options.max_connections;
 }
 
 bool Server::Impl::make_room() {
   std::vector<std::shared_ptr<Connection>> half_open;
   std::ranges::copy_if(connections, std::back_inserter(half_open),
-                       [](const auto& one) { return one->half_open(); });
-  const auto given_up =
-      base::loop::most_dispensable(half_open, [](const Connection& one) { return one.address(); });
+                       [](const auto& connection) { return connection->half_open(); });
+  const auto given_up = base::loop::most_dispensable(
+      half_open, [](const Connection& connection) { return connection.address(); });
   if (given_up == nullptr) {
     return false;
   }

@@ -226,7 +226,7 @@ std::vector<ads::NetId> routes(const config::CncConnections& from, const ConfigP
 
 ConnectionSettings connections(const config::CncConnections& from, const config::CncFaults& faults,
                                Mistakes& mistakes) {
-  const auto& told = from.notifications();
+  const auto& notifications = from.notifications();
   return {static_cast<ads::ForeignTarget>(from.foreign_target()),
           routes(from, {{"connections"}}, mistakes),
           from.one_per_address(),
@@ -236,9 +236,9 @@ ConnectionSettings connections(const config::CncConnections& from, const config:
           from.notifications_survive(),
           {std::chrono::milliseconds(faults.delay_ms()), faults.drop_every(), faults.out_of_order(),
            faults.segment(), faults.refuse()},
-          told.most(),
-          {static_cast<ads::ErrorCode>(told.by_handle()),
-           static_cast<ads::SubscriptionBehaviour::Notifies>(told.tells()),
+          notifications.most(),
+          {static_cast<ads::ErrorCode>(notifications.by_handle()),
+           static_cast<ads::SubscriptionBehaviour::Notifies>(notifications.tells()),
            std::chrono::milliseconds(faults.sample_delay_ms()), faults.lose_sample_every()}};
 }
 

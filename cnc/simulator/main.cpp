@@ -268,8 +268,8 @@ bool Station::advance(std::chrono::nanoseconds now) {
 int check_programs(const std::vector<std::filesystem::path>& files) {
   bool mistakes = false;
   for (const auto& file : files) {
-    const Program one = program::must(read_program(file));
-    for (const nc::Diagnostic& mistake : nc::check(one.file, one.text)) {
+    const Program program = program::must(read_program(file));
+    for (const nc::Diagnostic& mistake : nc::check(program.file, program.text)) {
       fmt::print("{}\n", mistake.to_string());
       mistakes = true;
     }
@@ -281,12 +281,12 @@ int check_programs(const std::vector<std::filesystem::path>& files) {
 std::vector<Program> read_programs(const std::vector<Run>& runs) {
   std::vector<Program> programs;
   for (const Run& run : runs) {
-    auto one = read_program(run.file);
-    if (!one) {
+    auto program = read_program(run.file);
+    if (!program) {
       throw program::UsageError(
-          fmt::format("--run {}={}: {}", run.channel, run.file.string(), one.error()));
+          fmt::format("--run {}={}: {}", run.channel, run.file.string(), program.error()));
     }
-    programs.push_back(std::move(*one));
+    programs.push_back(std::move(*program));
   }
   return programs;
 }

@@ -64,8 +64,8 @@ ads::Bytes Variable::all_bytes() const {
   }
   ads::Bytes all;
   for (std::uint32_t element = 0; element < declaration_.elements(); ++element) {
-    const ads::Bytes one = bytes(element);
-    all.insert(all.end(), one.begin(), one.end());
+    const ads::Bytes encoded = bytes(element);
+    all.insert(all.end(), encoded.begin(), encoded.end());
   }
   return all;
 }
@@ -106,11 +106,11 @@ ads::Result<void> Variable::write_all(ads::BytesView bytes) {
   const std::uint32_t size = declaration_.element.size;
   ads::Bytes all;
   for (; !bytes.empty(); bytes = bytes.subspan(size)) {
-    const auto one = accept(declaration_.element, bytes.first(size));
-    if (!one) {
-      return tl::unexpected(one.error());
+    const auto accepted = accept(declaration_.element, bytes.first(size));
+    if (!accepted) {
+      return tl::unexpected(accepted.error());
     }
-    all.insert(all.end(), one->begin(), one->end());
+    all.insert(all.end(), accepted->begin(), accepted->end());
   }
   memory_ = std::move(all);
   notify(Writer::ads);

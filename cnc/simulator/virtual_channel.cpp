@@ -137,7 +137,7 @@ tl::expected<void, Refusal> VirtualChannel::command_mode(Mode mode) {
     service_.reset();
     error_ = 0;
   }
-  return told(control_.set_mode(mode));
+  return report(control_.set_mode(mode));
 }
 
 tl::expected<void, Refusal> VirtualChannel::command_state(ProcessState state) {
@@ -146,7 +146,7 @@ tl::expected<void, Refusal> VirtualChannel::command_state(ProcessState state) {
     error_ = 0;
   }
   const bool starts = state == ProcessState::active && control_.state() == ProcessState::ready;
-  return told(control_.command(state).map([&] {
+  return report(control_.command(state).map([&] {
     if (starts) {
       service_.start();
     }
@@ -165,16 +165,16 @@ void VirtualChannel::set_block_search(const BlockSearch& search) {
 }
 
 tl::expected<void, Refusal> VirtualChannel::command_stream(std::string packet) {
-  return told(program_.stream(std::move(packet)).map_error([this](const nc::Fault& fault) {
+  return report(program_.stream(std::move(packet)).map_error([this](const nc::Fault& fault) {
     return Refusal{
         nc::Diagnostic{{program_.options().stream_program, 0, 0, 0}, fault.id, fault.text}};
   }));
 }
 
-tl::expected<void, Refusal> VirtualChannel::told(tl::expected<void, Refusal> outcome) {
+tl::expected<void, Refusal> VirtualChannel::report(tl::expected<void, Refusal> outcome) {
   if (!outcome) {
     for (const nc::Diagnostic& reason : outcome.error()) {
-      untold_.emplace_back(nc::WarningEvent{reason});
+      unreported_.emplace_back(nc::WarningEvent{reason});
     }
   }
   surroundings_.on_command();
@@ -183,7 +183,7 @@ tl::expected<void, Refusal> VirtualChannel::told(tl::expected<void, Refusal> out
 
 std::vector<nc::Event> VirtualChannel::tick(std::chrono::nanoseconds now, std::size_t operations) {
   apply_writes(now);
-  std::vector<nc::Event> events = std::exchange(untold_, {});
+  std::vector<nc::Event> events = std::exchange(unreported_, {});
   if (program_.active()) {
     for (nc::Event& event : program_.tick(now, *this, operations)) {
       if (const auto* aborted = std::get_if<nc::AbortedEvent>(&event)) {

@@ -101,7 +101,7 @@ class VirtualChannel : private nc::Environment {
 
   tl::expected<Selection, nc::Fault> element(std::string_view name) const;
   void add_variables(const Settings& settings, const Common& common);
-  tl::expected<void, Refusal> told(tl::expected<void, Refusal> outcome);
+  tl::expected<void, Refusal> report(tl::expected<void, Refusal> outcome);
 
   std::uint32_t number_;
   std::vector<AxisSettings> axes_;
@@ -114,7 +114,7 @@ class VirtualChannel : private nc::Environment {
   BlockSearch search_;
   std::uint32_t error_ = 0;
   /// Refused commands that were not reported to the operator yet.
-  std::vector<nc::Event> untold_;
+  std::vector<nc::Event> unreported_;
 };
 
 // The V.A. variables of the virtual CNC: the positions and software limits of the axes of a

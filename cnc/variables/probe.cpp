@@ -105,8 +105,9 @@ asio::awaitable<Answer> ask_notifications(ads::Client& client, std::uint32_t cha
   std::iota(all.begin(), all.end(), std::uint16_t{1});
   const auto outcomes = co_await subscriptions.subscribe(all);
   co_await subscriptions.unsubscribe(all);
-  const auto refused = std::ranges::find_if(
-      outcomes, [](const SubscriptionOutcome& one) { return one.error != ErrorCode::none; });
+  const auto refused = std::ranges::find_if(outcomes, [](const SubscriptionOutcome& outcome) {
+    return outcome.error != ErrorCode::none;
+  });
   co_return refused == outcomes.end()
       ? Answer{"notifications", "of REQUEST_STATE and RESPONSE_STATE are granted"}
       : Answer{"notifications", fmt::format("{}: the gateway polls", refused->refusal),
@@ -169,8 +170,8 @@ asio::awaitable<Result<Location>> locate(ads::Client& client, std::uint32_t chan
   Location other = first;
   other.group ^= new_group_bit;
   for (const Location& location : {first, other}) {
-    Channel one(client, channel, location);
-    const auto answer = co_await one.read(name_of(probed), read_length(probed));
+    Channel prober(client, channel, location);
+    const auto answer = co_await prober.read(name_of(probed), read_length(probed));
     if (answer) {
       co_return location;
     }

@@ -159,13 +159,13 @@ asio::awaitable<std::vector<Known>> Readings::look_up(std::uint16_t channel,
       known.emplace_back(trouble(type.error()));
       continue;
     }
-    const bool one = has_indices(variables[i]);
+    const bool indexed = has_indices(variables[i]);
     const std::uint32_t whole =
         std::min(std::max(described[i]->size, type->size), std::uint32_t{max_stream});
-    Reading reading = question(channel, offset::read_by_name, one ? type->size : whole,
+    Reading reading = question(channel, offset::read_by_name, indexed ? type->size : whole,
                                encode_name(variables[i]));
     reading.type = *type;
-    reading.is_array = !one && !described[i]->dimensions.empty();
+    reading.is_array = !indexed && !described[i]->dimensions.empty();
     reading.access = described[i]->access;
     reading.size = described[i]->size;
     reading.dimensions = described[i]->dimensions;
@@ -334,11 +334,11 @@ asio::awaitable<Result<Readings::Page>> Readings::list_page(std::uint16_t channe
       names.push_back(decode_text(*answer));
       continue;
     }
-    auto one = description_of(answer);
-    if (!one) {
-      co_return tl::make_unexpected(one.error());
+    auto description = description_of(answer);
+    if (!description) {
+      co_return tl::make_unexpected(description.error());
     }
-    page.variables.push_back(std::move(*one));
+    page.variables.push_back(std::move(*description));
   }
   const auto described = co_await ask(questions_for(channel, names));
   for (std::size_t i = 0; i < names.size(); ++i) {

@@ -59,19 +59,19 @@ asio::awaitable<std::vector<Result<Values>>> ServiceReads::read(std::vector<Want
   }
   std::vector<Result<Values>> results;
   std::size_t first = 0;
-  for (const Wanted& one : wanted) {
-    results.push_back(answers ? decode(one, answers->data() + first)
+  for (const Wanted& variable : wanted) {
+    results.push_back(answers ? decode(variable, answers->data() + first)
                               : tl::make_unexpected(answers.error()));
-    first += one.variables.size();
+    first += variable.variables.size();
   }
   co_return results;
 }
 
 asio::awaitable<Result<Answers>> ServiceReads::read_in_a_sum(const std::vector<Wanted>& wanted) {
   std::vector<ads::SumItem> items;
-  for (const Wanted& one : wanted) {
-    const Channel channel(client_, one.channel, location_);
-    for (const ServiceVariable variable : one.variables) {
+  for (const Wanted& item : wanted) {
+    const Channel channel(client_, item.channel, location_);
+    for (const ServiceVariable variable : item.variables) {
       items.push_back(channel.item(name_of(variable), read_length(variable)));
     }
   }
@@ -81,9 +81,9 @@ asio::awaitable<Result<Answers>> ServiceReads::read_in_a_sum(const std::vector<W
 
 asio::awaitable<Answers> ServiceReads::read_one_by_one(const std::vector<Wanted>& wanted) {
   Answers answers;
-  for (const Wanted& one : wanted) {
-    Channel channel(client_, one.channel, location_);
-    for (const ServiceVariable variable : one.variables) {
+  for (const Wanted& item : wanted) {
+    Channel channel(client_, item.channel, location_);
+    for (const ServiceVariable variable : item.variables) {
       auto answer = co_await channel.read(name_of(variable), read_length(variable));
       answers.push_back(std::move(answer));
     }

@@ -153,8 +153,8 @@ asio::awaitable<StateSubscriptions::Handles> StateSubscriptions::symbol_handles(
   const auto together = co_await read_together(client_, sda_port, items);
   Handles handles;
   if (together) {
-    for (const auto& one : *together) {
-      handles.push_back(one.and_then(decode_number));
+    for (const auto& handle : *together) {
+      handles.push_back(handle.and_then(decode_number));
     }
     co_return handles;
   }
@@ -169,8 +169,9 @@ asio::awaitable<StateSubscriptions::Handles> StateSubscriptions::symbol_handles(
       continue;
     }
     Bytes name = item.data;
-    const auto one = co_await client_.read_write(sda_port, item.index, state_size, std::move(name));
-    handles.push_back(one.and_then(decode_number));
+    const auto handle =
+        co_await client_.read_write(sda_port, item.index, state_size, std::move(name));
+    handles.push_back(handle.and_then(decode_number));
   }
   co_return handles;
 }

@@ -141,9 +141,9 @@ tl::expected<std::vector<Element>, std::string> decode_elements(ElementType type
   }
   std::vector<Element> elements;
   do {
-    const auto one = bytes.first(std::min<std::size_t>(type.size, bytes.size()));
-    elements.push_back(decode_one(type, one));
-    bytes = bytes.subspan(one.size());
+    const auto element = bytes.first(std::min<std::size_t>(type.size, bytes.size()));
+    elements.push_back(decode_one(type, element));
+    bytes = bytes.subspan(element.size());
   } while (!bytes.empty());
   return elements;
 }

@@ -94,7 +94,7 @@ struct Authenticator::Impl {
   IdentityStore store;
   OneSidedLoss loss;
   LogLimiter log_limiter;
-  std::vector<std::string> said;
+  std::vector<std::string> lines;
 
   /// Locked before `lock` if both are needed; a change of the list needs both.
   std::mutex queues_lock;
@@ -162,7 +162,7 @@ void Authenticator::Impl::open(dds_entity_t participant, const ProcessInfo& wher
                                },
                            .lost_on_one_side = [this](auto now) { return lost_on_one_side(now); },
                            .slept = time_slept,
-                           .said = [this](std::string text) { say(std::move(text)); }});
+                           .log = [this](std::string text) { say(std::move(text)); }});
 }
 
 void Authenticator::Impl::on_identity(dds_entity_t own,
@@ -288,7 +288,7 @@ void Authenticator::Impl::find_announced() {
 void Authenticator::Impl::say(std::string text) {
   {
     const std::lock_guard guard(lock);
-    said.push_back(std::move(text));
+    lines.push_back(std::move(text));
   }
   wake();
 }
@@ -347,14 +347,14 @@ void Authenticator::warn_limited(const std::string& about, const std::string& te
     if (!line) {
       return;
     }
-    impl_->said.push_back(*std::move(line));
+    impl_->lines.push_back(*std::move(line));
   }
   impl_->wake();
 }
 
 std::vector<std::string> Authenticator::take_warnings() {
   const std::lock_guard guard(impl_->lock);
-  std::vector<std::string> lines = std::exchange(impl_->said, {});
+  std::vector<std::string> lines = std::exchange(impl_->lines, {});
   for (std::string& line : impl_->log_limiter.due(std::chrono::steady_clock::now())) {
     lines.push_back(std::move(line));
   }

@@ -135,8 +135,8 @@ Qos participant_qos(const ParticipantOptions& options) {
   if (options.trust) {
     // Cyclone announces the true values to every participant. These replace them; the identity's
     // user_data has the true ones.
-    for (const char* const told : {"__ProcessName", "__Pid", "__Hostname"}) {
-      dds_qset_prop(qos.get(), told, "");
+    for (const char* const property : {"__ProcessName", "__Pid", "__Hostname"}) {
+      dds_qset_prop(qos.get(), property, "");
     }
   } else {
     const std::string version = format_process_version(own_version());

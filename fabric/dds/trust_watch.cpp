@@ -24,8 +24,8 @@ constexpr auto tell_again = 15s;
 }  // namespace
 
 TrustWatch::TrustWatch(std::shared_ptr<const Trust> trust, std::chrono::milliseconds lease,
-                       Reported told)
-    : trust_(std::move(trust)), lease_(lease), told_(std::move(told)), slept_(told_.slept()) {
+                       Reported report)
+    : trust_(std::move(trust)), lease_(lease), report_(std::move(report)), slept_(report_.slept()) {
   update_trust();
   thread_ = std::thread([this] { run(); });
   ::pthread_setname_np(thread_.native_handle(), "trust");
@@ -61,7 +61,7 @@ void TrustWatch::update_trust() {
   std::string trouble;
   if (names) {
     own_revoked_ = own_revoked_ || names->contains(trust_->name);
-    if (const auto missing = told_.revoked(*names); !missing.empty()) {
+    if (const auto missing = report_.revoked(*names); !missing.empty()) {
       trouble = fmt::format(
           "the CRL (revoked.pem) does not list {} any more: an older CRL was copied over it. This "
           "process still rejects those participants; a process that starts now would accept them. "
@@ -73,7 +73,7 @@ void TrustWatch::update_trust() {
               "; until then this process rejects the participants that the last readable CRL lists";
   }
   if (std::exchange(trouble_, trouble) != trouble && !trouble.empty()) {
-    told_.said(std::move(trouble));
+    report_.log(std::move(trouble));
   }
 }
 
@@ -96,9 +96,9 @@ void TrustWatch::check_own_certificate(Clock::time_point now) {
 }
 
 void TrustWatch::check_participant(Clock::time_point now) {
-  const auto slept = told_.slept();
+  const auto slept = report_.slept();
   const bool was_lost = slept - std::exchange(slept_, slept) > lease_;
-  const auto lost = told_.lost_on_one_side(now);
+  const auto lost = report_.lost_on_one_side(now);
   if (replaced_at_ && (!trust_->needs_new_participant || now - *replaced_at_ < tell_again)) {
     return;
   }
@@ -122,7 +122,7 @@ void TrustWatch::report(const std::function<void(const std::string&)>& callback,
     return;
   }
   // The process belongs to the user of the SDK and is not ended.
-  told_.said(fmt::format("{}: {}", reason, advice));
+  report_.log(fmt::format("{}: {}", reason, advice));
 }
 
 }  // namespace millrace::fabric::dds

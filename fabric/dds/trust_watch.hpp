@@ -4,7 +4,7 @@
 //
 //   TrustWatch watch(trust, {.revoked = […](const auto& names) { return store.left_out_of(names); },
 //                            .lost_on_one_side = […](auto now) { return loss.find(now, announced); },
-//                            .said = […](std::string text) { … }});
+//                            .log = […](std::string text) { … }});
 #pragma once
 
 #include <chrono>
@@ -62,12 +62,12 @@ class TrustWatch {
     /// The time that the host has slept since its start, which the steady clock does not count.
     std::function<std::chrono::nanoseconds()> slept;
     /// A message for people, once.
-    std::function<void(std::string)> said;
+    std::function<void(std::string)> log;
   };
 
-  /// Checks once before it returns; from then on `told` is called in its thread. `lease`: after
+  /// Checks once before it returns; from then on `report` is called in its thread. `lease`: after
   /// this time without a packet others take the participant for gone.
-  TrustWatch(std::shared_ptr<const Trust> trust, std::chrono::milliseconds lease, Reported told);
+  TrustWatch(std::shared_ptr<const Trust> trust, std::chrono::milliseconds lease, Reported report);
   ~TrustWatch();
   TrustWatch(const TrustWatch&) = delete;
   TrustWatch& operator=(const TrustWatch&) = delete;
@@ -83,7 +83,7 @@ class TrustWatch {
 
   const std::shared_ptr<const Trust> trust_;
   const std::chrono::milliseconds lease_;
-  const Reported told_;
+  const Reported report_;
   /// The problem with the CRL that was reported last.
   std::string trouble_;
   bool own_revoked_ = false;

@@ -92,7 +92,7 @@ void AlarmEndpoint::Impl::schedule() {
 /// A failure here repeats and is reported with the next change.
 void AlarmEndpoint::Impl::repeat() {
   static_cast<void>(tell());
-  for (const auto& [key, alarm] : table.told()) {
+  for (const auto& [key, alarm] : table.published()) {
     static_cast<void>(writer->write(alarm));
   }
 }
@@ -132,7 +132,7 @@ AlarmEndpoint::~AlarmEndpoint() {
   impl_->timer.cancel();
   impl_->certificate_timer.cancel();
   if (impl_->writer && !impl_->left) {
-    for (const auto& [key, alarm] : impl_->table.told()) {
+    for (const auto& [key, alarm] : impl_->table.published()) {
       impl_->writer->withdraw(alarm);
     }
   }

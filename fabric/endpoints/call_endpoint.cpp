@@ -194,8 +194,8 @@ void CallEndpoint::Impl::update() {
       request_writers->on_vanished(instance);
     }
   }
-  for (const Discovery::Ignored& one : news.ignored) {
-    if (auto line = log_limiter.admit(one.kind, one.about, one.reason, steady_now())) {
+  for (const Discovery::Ignored& dropped : news.ignored) {
+    if (auto line = log_limiter.admit(dropped.kind, dropped.about, dropped.reason, steady_now())) {
       ignored.push_back(*std::move(line));
     }
   }

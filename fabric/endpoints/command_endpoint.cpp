@@ -16,15 +16,15 @@ struct CommandEndpoint::Impl {
       : outcomes(participant, participant.options().fabric),
         commands(participant, executor, participant.options().fabric,
                  [this, &listener](const wire::Taken<Command>& taken) {
-                   if (taken.valid && heard.use(taken.value.id) == nullptr) {
-                     heard.put(taken.value.id);
+                   if (taken.valid && known.use(taken.value.id) == nullptr) {
+                     known.put(taken.value.id);
                      listener.on_command(taken.value);
                    }
                  }) {}
 
   wire::Writer<Outcome> outcomes;
   /// A tool repeats a command for seconds; an operator sends a few in that time.
-  base::Recent<InstanceId> heard{64};
+  base::Recent<InstanceId> known{64};
   wire::Subscription<Command> commands;
 };
 
@@ -63,15 +63,15 @@ void InstanceCommands::on_command(const Command& command) {
   if (drain) {
     listener_.on_drain(command.instance, command.issuer);
   }
-  const auto told = end_.publish(
+  const auto published = end_.publish(
       {.responder = command.instance,
        .command = command.id,
        .done = true,
        .detail = drain ? fmt::format("leaves when the calls it runs ({}) are answered", *running)
                        : fmt::format("runs {} calls", *running),
        .at = std::chrono::system_clock::now()});
-  if (!told) {
-    listener_.on_unreported(command, told.error());
+  if (!published) {
+    listener_.on_unreported(command, published.error());
   }
 }
 

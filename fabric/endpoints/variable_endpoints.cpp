@@ -93,23 +93,25 @@ struct VariableReplyEndpoint::Impl {
   /// The participant with most requesters loses the one that was silent for longest.
   void make_room(dds_instance_handle_t from, SteadyTime now) {
     if (requesters.size() >= most_requesters) {
-      requesters.erase_if([now](const auto& one) {
-        return one.value.writer && now - one.value.since >= match_timeout &&
-               one.value.writer->matched().empty();
+      requesters.erase_if([now](const auto& requester) {
+        return requester.value.writer && now - requester.value.since >= match_timeout &&
+               requester.value.writer->matched().empty();
       });
     }
     std::map<dds_instance_handle_t, std::size_t> of;
-    for (const auto& one : requesters) {
-      ++of[one.value.participant];
+    for (const auto& requester : requesters) {
+      ++of[requester.value.participant];
     }
     const bool full = requesters.size() >= most_requesters;
     if (of[from] >= most_of_one || full) {
-      const auto most =
-          of[from] >= most_of_one
-              ? from
-              : std::ranges::max_element(of, {}, [](const auto& one) { return one.second; })->first;
-      const auto oldest = std::ranges::find_if(
-          requesters, [most](const auto& one) { return one.value.participant == most; });
+      const auto most = of[from] >= most_of_one
+                            ? from
+                            : std::ranges::max_element(of, {}, [](const auto& participant) {
+                                return participant.second;
+                              })->first;
+      const auto oldest = std::ranges::find_if(requesters, [most](const auto& requester) {
+        return requester.value.participant == most;
+      });
       requesters.erase(InstanceId(oldest->key));
     }
   }

@@ -1,6 +1,6 @@
 // Which alarms are news: a program says each of its own again and again while it holds. Pure.
 //
-//   alarms.said(alarm)        the first time, or when it says something else
+//   alarms.on_alarm(alarm)        the first time, or when it says something else
 //   alarms.over(key)           with what it said last
 #pragma once
 
@@ -35,11 +35,11 @@ class AlarmOwners {
     if (!alive && !(valid && is_shared(key))) {
       return Taken{over(key, writer), true};
     }
-    return valid ? std::optional(Taken{said(key, writer)}) : std::nullopt;
+    return valid ? std::optional(Taken{on_alarm(key, writer)}) : std::nullopt;
   }
 
   /// `writer` has written this alarm. Returns the key under which it is kept.
-  AlarmKey said(const AlarmKey& key, Handle writer) {
+  AlarmKey on_alarm(const AlarmKey& key, Handle writer) {
     const auto known = keys_.find(key);
     if (known == keys_.end()) {
       if (keys_.size() < most) {
@@ -123,8 +123,8 @@ class AlarmOwners {
     std::vector<Handle> others{};
   };
 
-  static bool is_in(const std::vector<Handle>& all, Handle one) {
-    return std::ranges::find(all, one) != all.end();
+  static bool is_in(const std::vector<Handle>& all, Handle handle) {
+    return std::ranges::find(all, handle) != all.end();
   }
   static AlarmKey beside(AlarmKey key, Handle writer) {
     key.responder = {};
@@ -140,7 +140,7 @@ class Alarms {
   /// Any participant can publish any number of alarms: beyond these each sample is news.
   static constexpr std::size_t most = 1'000;
 
-  std::optional<AlarmNews> said(Alarm alarm) {
+  std::optional<AlarmNews> on_alarm(Alarm alarm) {
     const auto known = last_.find(alarm.key);
     if (known != last_.end() && known->second == alarm) {
       return std::nullopt;

@@ -51,17 +51,18 @@ void Context::complete(Entry& entry) {
 
 template <typename Use>
 void Context::for_each_requester(const RequestKey& from, const Use& use) const {
-  for (auto one = pending_.lower_bound({from.key, from.epoch, {}});
-       one != pending_.end() && one->first.key == from.key && one->first.epoch == from.epoch;
-       ++one) {
-    use(one->first, one->second);
+  for (auto pending = pending_.lower_bound({from.key, from.epoch, {}});
+       pending != pending_.end() && pending->first.key == from.key &&
+       pending->first.epoch == from.epoch;
+       ++pending) {
+    use(pending->first, pending->second);
   }
 }
 
 bool Context::has_asked(const RequestKey& key) const {
   bool others = false;
-  for_each_requester(key, [&](const RequestKey& one, const Pending&) {
-    others = others || one.instance == key.instance;
+  for_each_requester(key, [&](const RequestKey& requester, const Pending&) {
+    others = others || requester.instance == key.instance;
   });
   return pending_.contains(key) || !others;
 }

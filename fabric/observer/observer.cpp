@@ -172,7 +172,7 @@ struct Observer::Impl : std::enable_shared_from_this<Impl>, endpoints::GatewayMo
     }
     taken.value.key = std::move(kept->key);
     auto news = kept->is_over ? known_alarms.over(taken.value.key, is_lost)
-                              : known_alarms.said(std::move(taken.value));
+                              : known_alarms.on_alarm(std::move(taken.value));
     return news ? std::optional<Sample>(std::move(*news)) : std::nullopt;
   }
 
@@ -295,8 +295,8 @@ void Observer::Impl::drain_discovery() {
   if (listener != nullptr) {
     const endpoints::Discovery::News news = liveness.update();
     if (participant.authenticator() != nullptr) {
-      for (const endpoints::Discovery::Ignored& one : news.ignored) {
-        participant.authenticator()->warn_limited(one.kind + one.about, one.reason);
+      for (const endpoints::Discovery::Ignored& ignored : news.ignored) {
+        participant.authenticator()->warn_limited(ignored.kind + ignored.about, ignored.reason);
       }
     }
     report_changes();

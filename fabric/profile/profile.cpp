@@ -105,9 +105,9 @@ std::string ports_element(const config::Fabric& profile) {
 
 }  // namespace
 
-std::string profile_to_read(const char* said, const std::filesystem::path& of_host) {
-  if (said != nullptr) {
-    return said;
+std::string profile_to_read(const char* named, const std::filesystem::path& of_host) {
+  if (named != nullptr) {
+    return named;
   }
   std::error_code none;
   return std::filesystem::exists(of_host, none) ? of_host.string() : "";

@@ -23,7 +23,7 @@ inline constexpr const char* host_profile = "/etc/millrace/fabric.textproto";
 /// The profile of a process without a flag for it. `said` is the value of MILLRACE_FABRIC_CONFIG,
 /// or null: then it is the host's profile, if that exists. Empty for none; an empty `said` also
 /// means none.
-std::string profile_to_read(const char* said, const std::filesystem::path& of_host = host_profile);
+std::string profile_to_read(const char* named, const std::filesystem::path& of_host = host_profile);
 
 /// The highest DDS domain whose ports exist.
 inline constexpr std::uint32_t last_domain = 232;

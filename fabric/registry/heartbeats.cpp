@@ -17,14 +17,14 @@ Heartbeat Heartbeats::next(Time now) {
   Heartbeat heartbeat{.process = process_, .at = now};
   std::size_t others = 0;
   // Each heartbeat begins behind the last one, so that all have their turn.
-  auto one = known_.upper_bound(last_);
-  for (std::size_t i = 0; i < known_.size() && heartbeat.loads.size() < most_loads; ++i, ++one) {
-    one = one == known_.end() ? known_.begin() : one;
-    const Known& known = one->second;
-    const bool matters = !known.load.calls.empty() || known.changed + told > number_;
+  auto next = known_.upper_bound(last_);
+  for (std::size_t i = 0; i < known_.size() && heartbeat.loads.size() < most_loads; ++i, ++next) {
+    next = next == known_.end() ? known_.begin() : next;
+    const Known& known = next->second;
+    const bool matters = !known.load.calls.empty() || known.changed + repeats > number_;
     if (matters || others < in_turn) {
       others += matters ? 0U : 1U;
-      last_ = one->first;
+      last_ = next->first;
       heartbeat.loads.push_back(known.load);
     }
   }

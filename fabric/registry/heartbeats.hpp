@@ -19,7 +19,7 @@ class Heartbeats {
   static constexpr std::size_t most_loads = 64;
   /// Number of heartbeats that repeat a change: some may be lost, and tools take one a second,
   /// which is one in eight of a process with calls at the usual lease.
-  static constexpr std::uint64_t told = 15;
+  static constexpr std::uint64_t repeats = 15;
   /// Number of other instances in each heartbeat, for new readers.
   static constexpr std::size_t in_turn = 16;
 

@@ -60,17 +60,17 @@ std::uint64_t ForeignReplies::dropped() const {
 
 std::vector<Taken<Reply>> ForeignReplies::take() {
   std::vector<Taken<Reply>> taken;
-  take_lent<millrace_Reply>(reader_.handle(),
-                            [&](const millrace_Reply& sample, const dds_sample_info_t& info) {
-                              Taken<Reply> one{Codec<Reply>::decode(sample), info.valid_data,
-                                               instance_state_of(info), info.publication_handle};
-                              if (!one.valid && one.instance_state == InstanceState::disposed) {
-                                // Cyclone keeps its key, and asks no filter.
-                                const std::lock_guard guard(lock_);
-                                keys_.admits(key_of(one.value));
-                              }
-                              taken.push_back(std::move(one));
-                            });
+  take_lent<millrace_Reply>(
+      reader_.handle(), [&](const millrace_Reply& sample, const dds_sample_info_t& info) {
+        Taken<Reply> received{Codec<Reply>::decode(sample), info.valid_data,
+                              instance_state_of(info), info.publication_handle};
+        if (!received.valid && received.instance_state == InstanceState::disposed) {
+          // Cyclone keeps its key, and asks no filter.
+          const std::lock_guard guard(lock_);
+          keys_.admits(key_of(received.value));
+        }
+        taken.push_back(std::move(received));
+      });
   return taken;
 }
 

@@ -243,16 +243,17 @@ void Reader<Value>::note_key(const dds_sample_info_t& info, std::uint64_t before
 template <typename Value>
 void Reader<Value>::take_unauthenticated(std::vector<Taken<Value>>& taken) {
   const auto now = UnauthenticatedSamples::Clock::now();
-  std::erase_if(unauthenticated_->samples, [&](auto& one) {
-    if (authorize(one.taken)) {
-      taken.push_back(std::move(one.taken));
+  std::erase_if(unauthenticated_->samples, [&](auto& sample) {
+    if (authorize(sample.taken)) {
+      taken.push_back(std::move(sample.taken));
       return true;
     }
-    const bool over = one.taken.authorization != Authorization::unauthenticated || one.until <= now;
+    const bool over =
+        sample.taken.authorization != Authorization::unauthenticated || sample.until <= now;
     if (over) {
-      drop(one.taken);
+      drop(sample.taken);
       if (deliver_unauthorized_) {
-        taken.push_back(std::move(one.taken));
+        taken.push_back(std::move(sample.taken));
       }
     }
     return over;
@@ -272,26 +273,26 @@ std::vector<Taken<Value>> Reader<Value>::take() {
     const std::uint64_t before = limit_ ? limit_->admitted() : 0;
     count = take_lent<typename Codec<Value>::Sample>(
         reader_, [&](const auto& sample, const dds_sample_info_t& info) {
-          Taken<Value> one{Codec<Value>::decode(sample), info.valid_data, instance_state_of(info),
-                           info.publication_handle};
+          Taken<Value> received{Codec<Value>::decode(sample), info.valid_data,
+                                instance_state_of(info), info.publication_handle};
           if (limit_) {
             note_key(info, before);
           }
-          if (!authorizer_.enabled() || authorize(one)) {
-            taken.push_back(std::move(one));
-          } else if (one.authorization == Authorization::unauthenticated) {
+          if (!authorizer_.enabled() || authorize(received)) {
+            taken.push_back(std::move(received));
+          } else if (received.authorization == Authorization::unauthenticated) {
             unauthenticated_->samples.push_back(
-                {std::move(one), UnauthenticatedSamples::Clock::now() +
-                                     UnauthenticatedSamples::authentication_timeout});
+                {std::move(received), UnauthenticatedSamples::Clock::now() +
+                                          UnauthenticatedSamples::authentication_timeout});
             unauthenticated_->any = true;
             if (unauthenticated_->samples.size() > UnauthenticatedSamples::most) {
               drop(unauthenticated_->samples.front().taken);
               unauthenticated_->samples.pop_front();
             }
           } else {
-            drop(one);
+            drop(received);
             if (deliver_unauthorized_) {
-              taken.push_back(std::move(one));
+              taken.push_back(std::move(received));
             }
           }
         });

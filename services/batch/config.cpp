@@ -37,11 +37,12 @@ Config config_from(const config::Batch& from, const fs::path& folder, Mistakes& 
   Config config;
   std::set<std::string> uuids;
   for (int i = 0; i < from.script_size(); ++i) {
-    const config::Batch::Script& one = from.script(i);
+    const config::Batch::Script& declared = from.script(i);
     const ConfigPath path{{"script", i}};
-    const Script& script = config.scripts.emplace_back(script_from(one, folder, path, mistakes));
+    const Script& script =
+        config.scripts.emplace_back(script_from(declared, folder, path, mistakes));
     mistakes.expect(uuids.insert(script.announcement.uuid).second, path / "uuid",
-                    fmt::format("\"{}\" occurs twice", one.uuid()));
+                    fmt::format("\"{}\" occurs twice", declared.uuid()));
   }
   return config;
 }

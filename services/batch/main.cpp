@@ -332,36 +332,37 @@ sdk::ServiceOptions defaults() {
 /// Adds those of its flags that `others` does not have, for their help, man page and completion. A
 /// command line with one of them and without --exec is refused.
 void tell_flags_of_one(CLI::App& others) {
-  sdk::ServiceProgram one(defaults());
+  sdk::ServiceProgram program(defaults());
   Flags flags;
-  add_flags(one.app(), flags);
-  for (const program::CommandOption& option : program::command_tree(one.app(), "").options) {
+  add_flags(program.app(), flags);
+  for (const program::CommandOption& option : program::command_tree(program.app(), "").options) {
     if (option.names.empty() || others.get_option_no_throw(option.names.front()) != nullptr) {
       continue;
     }
     const std::string name = option.names.front();
     const auto refuse = [name] { throw CLI::ValidationError(name, "needs --exec SCRIPT"); };
     const std::string description = "With --exec: " + option.description;
-    CLI::Option* const told =
+    CLI::Option* const given =
         option.value.empty()
             ? others.add_flag_callback(name, refuse, description)
             : others
                   .add_option_function<std::string>(
                       name, [refuse](const std::string&) { refuse(); }, description)
                   ->type_name(option.value);
-    told->group("One script without a file");
+    given->group("One script without a file");
   }
 }
 
 /// --exec: one script, configured on the command line. Returns an exit code.
 int serve_one(int argc, char** argv) {
-  sdk::ServiceProgram one(defaults());
+  sdk::ServiceProgram program(defaults());
   Flags flags;
-  add_flags(one.app(), flags);
+  add_flags(program.app(), flags);
   const std::function<sdk::Handler()> make = [&] {
-    return answering(std::make_shared<CurrentScript>(script_from(flags, one.options())), one.log());
+    return answering(std::make_shared<CurrentScript>(script_from(flags, program.options())),
+                     program.log());
   };
-  return one.run(argc, argv, make);
+  return program.run(argc, argv, make);
 }
 
 /// --config: many scripts, each with its UUID.

@@ -140,33 +140,34 @@ millrace_code millrace_list(millrace_participant* participant, millrace_instance
     auto list = std::make_unique<millrace_instances>();
     for (const auto& [id, instance] : live.instances()) {
       const fabric::InstanceStatus status = instance.status.value_or(fabric::InstanceStatus{});
-      auto& one = list->all.emplace_back(
+      auto& observed = list->all.emplace_back(
           millrace_instances::One{.identity = instance.identity,
                                   .id = id.to_string(),
                                   .channels = c::channels_text(instance.identity)});
-      one.view = {.size = sizeof one.view,
-                  .id = one.id.c_str(),
-                  .uuid = one.identity.uuid.c_str(),
-                  .name = one.identity.name.c_str(),
-                  .description = one.identity.description.c_str(),
-                  .version = one.identity.version.c_str(),
-                  .host = one.identity.host.c_str(),
-                  .pid = one.identity.pid,
-                  .channels = one.channels.c_str(),
-                  .delivery = one.identity.delivery == fabric::Delivery::at_most_once
-                                  ? MILLRACE_AT_MOST_ONCE
-                                  : MILLRACE_AT_LEAST_ONCE,
-                  .completion = one.identity.completion_signal == fabric::CompletionSignal::response
-                                    ? MILLRACE_RESPONSE
-                                    : MILLRACE_RESPONSE_STATE,
-                  .concurrent_calls = one.identity.concurrency,
-                  .draining = one.identity.draining ? 1 : 0,
-                  .certificate = one.identity.certificate.c_str(),
-                  .running = status.running,
-                  .waiting = status.waiting,
-                  .answered = status.answered,
-                  .failed = status.failed,
-                  .mean_ns = status.mean.count()};
+      observed.view = {
+          .size = sizeof observed.view,
+          .id = observed.id.c_str(),
+          .uuid = observed.identity.uuid.c_str(),
+          .name = observed.identity.name.c_str(),
+          .description = observed.identity.description.c_str(),
+          .version = observed.identity.version.c_str(),
+          .host = observed.identity.host.c_str(),
+          .pid = observed.identity.pid,
+          .channels = observed.channels.c_str(),
+          .delivery = observed.identity.delivery == fabric::Delivery::at_most_once
+                          ? MILLRACE_AT_MOST_ONCE
+                          : MILLRACE_AT_LEAST_ONCE,
+          .completion = observed.identity.completion_signal == fabric::CompletionSignal::response
+                            ? MILLRACE_RESPONSE
+                            : MILLRACE_RESPONSE_STATE,
+          .concurrent_calls = observed.identity.concurrency,
+          .draining = observed.identity.draining ? 1 : 0,
+          .certificate = observed.identity.certificate.c_str(),
+          .running = status.running,
+          .waiting = status.waiting,
+          .answered = status.answered,
+          .failed = status.failed,
+          .mean_ns = status.mean.count()};
     }
     *instances = list.release();
   });

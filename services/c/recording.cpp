@@ -160,8 +160,8 @@ ShownCall::ShownCall(NamedCall shown)
   end = over == nullptr ? Step{} : *over;
   const bool written = over != nullptr && over->stage == Stage::written;
   const recording::HopTimes times = hops_of(call);
-  const auto hop = [&](Hop one) {
-    const auto time = times.at(static_cast<std::size_t>(one));
+  const auto hop = [&](Hop wanted) {
+    const auto time = times.at(static_cast<std::size_t>(wanted));
     return time ? time->count() : MILLRACE_UNKNOWN;
   };
   view = {.size = sizeof view,

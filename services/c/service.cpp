@@ -23,11 +23,11 @@ std::chrono::milliseconds limit_of(std::uint32_t timeout_ms) {
 }
 
 template <typename Value>
-Value choice(std::int32_t given, Value zero, Value one, const char* what) {
+Value choice(std::int32_t given, Value zero, Value other, const char* what) {
   if (given != 0 && given != 1) {
     throw Error(MILLRACE_INVALID, fmt::format("{} is {}; expected 0 or 1", what, given));
   }
-  return given == 0 ? zero : one;
+  return given == 0 ? zero : other;
 }
 
 std::vector<fabric::ChannelScope> channels_of(const char* text) {

@@ -133,12 +133,12 @@ class RunningGauges {
                     .text = base::messages::gauge_unreadable(why),
                     .advice = base::messages::check_gauge()});
     }
-    for (const auto& [gauge, why] : told) {
+    for (const auto& [gauge, why] : reported) {
       if (!answering.failing().contains(gauge)) {
         alarms.clear("gauge", gauge);
       }
     }
-    told = answering.failing();
+    reported = answering.failing();
   }
 
   std::unique_ptr<Source> source_of(const GaugeConfig& gauge) {
@@ -158,7 +158,7 @@ class RunningGauges {
   std::vector<std::unique_ptr<SerialLine>> lines;
   Answering answering;
   /// The failing gauges at the last report.
-  std::map<std::string, std::string> told;
+  std::map<std::string, std::string> reported;
   std::thread thread;
 };
 

@@ -67,25 +67,25 @@ std::vector<Endpoint> endpoints_from(const config::Http& from, const fs::path& f
   std::vector<Endpoint> endpoints;
   std::set<std::string> uuids;
   for (int i = 0; i < from.service_size(); ++i) {
-    const config::Http::Service& one = from.service(i);
+    const config::Http::Service& service = from.service(i);
     const ConfigPath path{{"service", i}};
-    const Endpoint common = endpoint_from(one, folder, path, mistakes);
+    const Endpoint common = endpoint_from(service, folder, path, mistakes);
     mistakes.expect(uuids.insert(common.announcement.uuid).second, path / "uuid",
-                    fmt::format("\"{}\" occurs twice", one.uuid()));
+                    fmt::format("\"{}\" occurs twice", service.uuid()));
     std::set<std::string> urls;
-    for (int u = 0; u < one.url_size(); ++u) {
+    for (int u = 0; u < service.url_size(); ++u) {
       const ConfigPath place = path / ConfigStep{"url", u};
-      const Url url = mistakes.take(parse_url(one.url(u)), place);
-      check_url(one, url, place, mistakes);
-      mistakes.expect(urls.insert(one.url(u)).second, place,
-                      fmt::format("\"{}\" occurs twice", one.url(u)));
+      const Url url = mistakes.take(parse_url(service.url(u)), place);
+      check_url(service, url, place, mistakes);
+      mistakes.expect(urls.insert(service.url(u)).second, place,
+                      fmt::format("\"{}\" occurs twice", service.url(u)));
       Endpoint& endpoint = endpoints.emplace_back(common);
-      endpoint.url = one.url(u);
-      endpoint.health_url = one.health().empty() ? "" : url.origin() + one.health();
-      if (one.name().empty()) {
+      endpoint.url = service.url(u);
+      endpoint.health_url = service.health().empty() ? "" : url.origin() + service.health();
+      if (service.name().empty()) {
         endpoint.announcement.name = url.host_and_port();
       }
-      if (one.description().empty()) {
+      if (service.description().empty()) {
         endpoint.announcement.description = endpoint.url;
       }
     }

@@ -81,28 +81,28 @@ void Host::stop() {
 bool Host::done() const {
   const bool all_dismissed =
       !served_.empty() &&
-      std::ranges::all_of(served_, [](const Served& one) { return one.dismissed; });
+      std::ranges::all_of(served_, [](const Served& served) { return served.dismissed; });
   return announced_.empty() && (stopping_ || all_dismissed);
 }
 
 /// Adds what is new, and removes what is missing or different after its calls.
 void Host::serve(const std::vector<Endpoint>& endpoints) {
-  std::erase_if(served_, [&](Served& one) {
-    if (std::ranges::find(endpoints, *one.endpoint) != endpoints.end()) {
+  std::erase_if(served_, [&](Served& served) {
+    if (std::ranges::find(endpoints, *served.endpoint) != endpoints.end()) {
       return false;
     }
-    drain(one);
-    if (one.check) {
-      transfers_.cancel(*one.check);
+    drain(served);
+    if (served.check) {
+      transfers_.cancel(*served.check);
     }
-    alarms_.clear(alarm_kind, alarm_subject(*one.endpoint));
-    log_->info("{} has stopped serving {} with {}", one.endpoint->announcement.name,
-               one.endpoint->announcement.uuid, one.endpoint->url);
+    alarms_.clear(alarm_kind, alarm_subject(*served.endpoint));
+    log_->info("{} has stopped serving {} with {}", served.endpoint->announcement.name,
+               served.endpoint->announcement.uuid, served.endpoint->url);
     return true;
   });
   for (const Endpoint& endpoint : endpoints) {
     if (std::ranges::none_of(served_,
-                             [&](const Served& one) { return *one.endpoint == endpoint; })) {
+                             [&](const Served& served) { return *served.endpoint == endpoint; })) {
       served_.push_back({.endpoint = std::make_shared<const Endpoint>(endpoint)});
     }
   }
@@ -208,8 +208,8 @@ void Host::drain(Served& served) {
 }
 
 Host::Served* Host::served_of(Number number) {
-  const auto found =
-      std::ranges::find_if(served_, [&](const Served& one) { return one.announced == number; });
+  const auto found = std::ranges::find_if(
+      served_, [&](const Served& served) { return served.announced == number; });
   return found == served_.end() ? nullptr : &*found;
 }
 
@@ -400,7 +400,7 @@ void Host::on_time(Time now) {
     }
     const bool leaves =
         at.leaves_at && *at.leaves_at <= now &&
-        std::ranges::all_of(at.calls, [](const auto& one) { return one.second.lost; });
+        std::ranges::all_of(at.calls, [](const auto& call) { return call.second.lost; });
     place = leaves ? announced_.erase(place) : std::next(place);
   }
 }

@@ -142,7 +142,7 @@ Read read_response(const Exchange& exchange) {
 
 /// What an error response says, if that is one line of text that fits. Empty otherwise.
 std::string detail(const Exchange& exchange) {
-  std::string said;
+  std::string text;
   const std::string type = media_type(exchange.content_type);
   if (is_json(type)) {
     boost::system::error_code error;
@@ -152,22 +152,22 @@ std::string detail(const Exchange& exchange) {
       for (const char* name : {"text", "detail", "title", "error"}) {
         const json::value* const found = object->if_contains(name);
         if (found != nullptr && found->is_string()) {
-          said = found->get_string();
+          text = found->get_string();
           break;
         }
       }
     }
   } else if (type == "text/plain") {
-    said = exchange.body.substr(0, exchange.body.find_first_of("\r\n"));
+    text = exchange.body.substr(0, exchange.body.find_first_of("\r\n"));
   }
-  return base::text::to_cp1252(said).value_or("");
+  return base::text::to_cp1252(text).value_or("");
 }
 
-Response http_error(const Exchange& exchange, std::string said) {
+Response http_error(const Exchange& exchange, std::string text) {
   std::ranges::replace_if(
-      said, [](char c) { return !text::prints(c); }, '?');
+      text, [](char c) { return !text::prints(c); }, '?');
   return text::error(static_cast<std::uint32_t>(exchange.status),
-                     fmt::format("HTTP {}{}{}", exchange.status, said.empty() ? "" : ": ", said));
+                     fmt::format("HTTP {}{}{}", exchange.status, text.empty() ? "" : ": ", text));
 }
 
 Response refused(const Endpoint& endpoint, const std::string& why) {

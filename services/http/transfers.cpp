@@ -212,7 +212,7 @@ struct Transfers::Impl {
   /// `done` may start and cancel transfers.
   void report(CURL* handle, CURLcode code) {
     const auto found = std::ranges::find_if(
-        running, [&](const auto& one) { return one.second->handle.get() == handle; });
+        running, [&](const auto& transfer) { return transfer.second->handle.get() == handle; });
     if (found == running.end()) {
       return;
     }

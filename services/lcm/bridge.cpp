@@ -81,7 +81,7 @@ void Bridge::on_presence(const Presence& presence, Sender sender, fabric::Moment
   if (program == nullptr) {
     return;
   }
-  program->heard = now.steady;
+  program->last_message = now.steady;
   keep_registered(*program, presence, now.steady, actions);
   compare_calls(*program, key, presence, now.steady, actions);
 }
@@ -136,8 +136,8 @@ Bridge::Program* Bridge::welcome(const Key& key, const Presence& presence, Sende
   }
   // LCM processes that the configuration does not name take no room from those that it names.
   const auto there =
-      static_cast<std::size_t>(std::ranges::count_if(programs_, [&](const auto& one) {
-        return (rules_.find(one.first.first) != nullptr) == is_named;
+      static_cast<std::size_t>(std::ranges::count_if(programs_, [&](const auto& program) {
+        return (rules_.find(program.first.first) != nullptr) == is_named;
       }));
   if (there >= rules_.most_programs) {
     warn_limited("full", is_named ? "named" : "",
@@ -224,7 +224,7 @@ void Bridge::forgive_standstill(SteadyTime now) {
     return;
   }
   for (auto& [key, program] : programs_) {
-    program.heard = std::min(program.heard + (now - last), now);
+    program.last_message = std::min(program.last_message + (now - last), now);
   }
 }
 
@@ -233,7 +233,7 @@ Actions Bridge::on_time(SteadyTime now) {
   Actions actions;
   for (auto place = programs_.begin(); place != programs_.end();) {
     auto& [key, program] = *place;
-    if (now - program.heard > rules_.silence) {
+    if (now - program.last_message > rules_.silence) {
       lose(key, program, actions);
       place = programs_.erase(place);
       continue;

@@ -134,7 +134,7 @@ class Bridge {
 
   struct Program {
     Sender sender{};
-    fabric::SteadyTime heard{};
+    fabric::SteadyTime last_message{};
     /// The announcement as registered, or as refused.
     sdk::Announcement announced{};
     std::optional<Registration> registration{};

@@ -194,7 +194,7 @@ Actions Bridge::on_cancelled(Registration number, CallId call, SteadyTime now) {
     return {};
   }
   const auto given = std::ranges::find_if(
-      program->calls, [&](const auto& one) { return one.second.request.call == call; });
+      program->calls, [&](const auto& pending) { return pending.second.request.call == call; });
   if (given == program->calls.end() || given->second.withdrawn) {
     return {};
   }

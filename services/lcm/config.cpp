@@ -98,13 +98,13 @@ Config config_from(const config::Lcm& from, Mistakes& mistakes) {
   config.rules.silence = std::chrono::milliseconds(from.silence_ms());
   config.rules.any_uuid = from.any_uuid();
   for (int i = 0; i < from.service_size(); ++i) {
-    const config::Lcm::Service& one = from.service(i);
+    const config::Lcm::Service& service = from.service(i);
     const ConfigPath path{{"service", i}};
     const bool is_new =
         config.rules.services
-            .emplace(fabric::canonical_uuid(one.uuid()), rule_from(one, path, mistakes))
+            .emplace(fabric::canonical_uuid(service.uuid()), rule_from(service, path, mistakes))
             .second;
-    mistakes.expect(is_new, path / "uuid", fmt::format("\"{}\" occurs twice", one.uuid()));
+    mistakes.expect(is_new, path / "uuid", fmt::format("\"{}\" occurs twice", service.uuid()));
   }
   mistakes.expect(from.any_uuid() || from.service_size() > 0, {{"any_uuid"}},
                   "is false and no service is named, so no service could be served");

@@ -92,7 +92,7 @@ class Host final : SocketListener {
   Socket socket_;
   boost::asio::steady_timer timer_;
   bool stopping_ = false;
-  std::size_t told_ = 0;
+  std::size_t reported_ = 0;
 };
 
 Host::Host(const Config& config, sdk::ServiceOptions base, program::Log log)
@@ -138,8 +138,8 @@ void Host::on_foreign(Sender sender) {
 void Host::on_tick() {
   Lock held(lock_);
   std::vector<Registration> drained;
-  for (const auto& [number, one] : hosted_) {
-    if (one->instance && one->instance->drained()) {
+  for (const auto& [number, hosted] : hosted_) {
+    if (hosted->instance && hosted->instance->drained()) {
       drained.push_back(number);
     }
   }
@@ -174,9 +174,9 @@ void Host::perform(Lock held, const Actions& actions) {
     } else if (const auto* answer = std::get_if<Answer>(&actions[i])) {
       calls[i] = take(*answer);
     } else if (const auto* progress = std::get_if<Progress>(&actions[i])) {
-      if (const auto one = hosted_.find(progress->number); one != hosted_.end()) {
-        const auto call = one->second->calls.find(progress->call);
-        calls[i] = call == one->second->calls.end() ? nullptr : call->second;
+      if (const auto hosted = hosted_.find(progress->number); hosted != hosted_.end()) {
+        const auto call = hosted->second->calls.find(progress->call);
+        calls[i] = call == hosted->second->calls.end() ? nullptr : call->second;
       }
     }
   }
@@ -197,12 +197,12 @@ void Host::perform(Lock held, const Actions& actions) {
     } else if (const auto* closed = std::get_if<Unregister>(&actions[i])) {
       close(closed->number);
     } else if (const auto* drain = std::get_if<Drain>(&actions[i])) {
-      const auto one = hosted_.find(drain->number);
-      if (one != hosted_.end() && one->second->instance) {
-        one->second->instance->drain();
+      const auto hosted = hosted_.find(drain->number);
+      if (hosted != hosted_.end() && hosted->second->instance) {
+        hosted->second->instance->drain();
       }
-    } else if (const auto* said = std::get_if<LogLine>(&actions[i])) {
-      say(said->level, said->text);
+    } else if (const auto* line = std::get_if<LogLine>(&actions[i])) {
+      say(line->level, line->text);
     }
   }
 }
@@ -221,11 +221,11 @@ void Host::send(const Publish& publish) {
 }
 
 Host::CallPointer Host::take(const Answer& answer) {
-  const auto one = hosted_.find(answer.number);
-  if (one == hosted_.end()) {
+  const auto hosted = hosted_.find(answer.number);
+  if (hosted == hosted_.end()) {
     return nullptr;
   }
-  const auto node = one->second->calls.extract(answer.call);
+  const auto node = hosted->second->calls.extract(answer.call);
   return node.empty() ? nullptr : node.mapped();
 }
 
@@ -234,7 +234,7 @@ void Host::open(const Register& action) {
     return;
   }
   const Registration number = action.number;
-  Hosted* const one = [&] {
+  Hosted* const hosted = [&] {
     const Lock held(lock_);
     return hosted_.emplace(number, std::make_unique<Hosted>()).first->second.get();
   }();
@@ -242,7 +242,8 @@ void Host::open(const Register& action) {
     auto instance = std::make_unique<sdk::Instance>(
         sdk::options_of(action.announcement, base_), log_,
         sdk::InstanceCallbacks{
-            .call = [this, number, one](const CallPointer& call) { pass_on(number, *one, call); },
+            .call = [this, number,
+                     hosted](const CallPointer& call) { pass_on(number, *hosted, call); },
             .cancelled =
                 [this, number](CallId call) {
                   Lock held(lock_);
@@ -259,7 +260,7 @@ void Host::open(const Register& action) {
                   }
                 }});
     const Lock held(lock_);
-    one->instance = std::move(instance);
+    hosted->instance = std::move(instance);
   } catch (const std::exception& error) {
     close(number);
     Lock held(lock_);
@@ -276,9 +277,9 @@ void Host::close(Registration number) {
   }();
 }
 
-void Host::pass_on(Registration number, Hosted& one, const CallPointer& call) {
+void Host::pass_on(Registration number, Hosted& hosted, const CallPointer& call) {
   Lock held(lock_);
-  one.calls.insert_or_assign(call->id(), call);
+  hosted.calls.insert_or_assign(call->id(), call);
   Actions actions = bridge_.on_call(number, call->request(), now().steady);
   if (call->cancelled()) {
     for (Action& action : bridge_.on_cancelled(number, call->id(), now().steady)) {
@@ -290,18 +291,18 @@ void Host::pass_on(Registration number, Hosted& one, const CallPointer& call) {
 
 void Host::drain_all() {
   stopping_ = true;
-  for (const auto& [number, one] : hosted_) {
-    if (one->instance) {
-      one->instance->drain();
+  for (const auto& [number, hosted] : hosted_) {
+    if (hosted->instance) {
+      hosted->instance->drain();
     }
   }
 }
 
 /// The supervisor shows the number.
 void Host::tell() {
-  if (hosted_.size() != told_) {
-    told_ = hosted_.size();
-    program::notify_supervisor(fmt::format("STATUS=serves {} LCM processes", told_));
+  if (hosted_.size() != reported_) {
+    reported_ = hosted_.size();
+    program::notify_supervisor(fmt::format("STATUS=serves {} LCM processes", reported_));
   }
 }
 

@@ -57,9 +57,9 @@ std::set<std::uint32_t> look() {
     return addresses;
   }
   const std::unique_ptr<ifaddrs, decltype(&::freeifaddrs)> owner(first, &::freeifaddrs);
-  for (const ifaddrs* one = first; one != nullptr; one = one->ifa_next) {
-    if (one->ifa_addr != nullptr && one->ifa_addr->sa_family == AF_INET) {
-      const auto* address = reinterpret_cast<const sockaddr_in*>(one->ifa_addr);
+  for (const ifaddrs* interface = first; interface != nullptr; interface = interface->ifa_next) {
+    if (interface->ifa_addr != nullptr && interface->ifa_addr->sa_family == AF_INET) {
+      const auto* address = reinterpret_cast<const sockaddr_in*>(interface->ifa_addr);
       addresses.insert(ntohl(address->sin_addr.s_addr));
     }
   }

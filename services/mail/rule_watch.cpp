@@ -165,10 +165,10 @@ void RuleWatch::find(std::size_t rule, const Concern& concern, Moment now) {
   Lasting& lasting = known->second;
   lasting.found = true;
   const auto lasted = now.wall - lasting.since;
-  if (lasting.told || lasted < rules_[rule].after || is_quiet(place, now)) {
+  if (lasting.reported || lasted < rules_[rule].after || is_quiet(place, now)) {
     return;
   }
-  lasting.told = true;
+  lasting.reported = true;
   Values values = values_of(concern, flags_);
   values["since"] = utc(lasting.since);
   values["seconds"] = seconds_text(lasted);

@@ -64,7 +64,7 @@ class RuleWatch {
   /// A cause that lasts.
   struct Lasting {
     fabric::Time since{};
-    bool told = false;
+    bool reported = false;
     /// The last judgement has found it.
     bool found = true;
   };

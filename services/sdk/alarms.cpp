@@ -37,8 +37,9 @@ void Alarms::State::tell(const fabric::Alarm& alarm) {
   if (!end) {
     return;
   }
-  if (const auto told = end->raise(alarm); !told && !std::exchange(logged_unreported, true)) {
-    log->warn("its alarms cannot be published: {}", told.error());
+  if (const auto published = end->raise(alarm);
+      !published && !std::exchange(logged_unreported, true)) {
+    log->warn("its alarms cannot be published: {}", published.error());
   }
 }
 

@@ -69,10 +69,10 @@ class Summaries : public std::enable_shared_from_this<Summaries> {
     const auto now = std::chrono::steady_clock::now();
     const fabric::InstanceStatus status = runner_->load().status;
     const auto span = std::chrono::ceil<std::chrono::seconds>(now - reported_at_);
-    if (const auto line = call_summary(told_, status, span)) {
+    if (const auto line = call_summary(reported_, status, span)) {
       log_->info("{}: {}", uuid_, *line);
     }
-    told_ = status;
+    reported_ = status;
     reported_at_ = now;
   }
 
@@ -83,7 +83,7 @@ class Summaries : public std::enable_shared_from_this<Summaries> {
   std::shared_ptr<const Runner> runner_;
   Service::Log log_;
   std::string uuid_;
-  fabric::InstanceStatus told_;
+  fabric::InstanceStatus reported_;
   std::chrono::steady_clock::time_point reported_at_ = std::chrono::steady_clock::now();
 };
 

@@ -203,8 +203,8 @@ void Runner::perform(Lock lock, const Actions& actions, Place place) {
     work_.clear();
   }
   lock.unlock();
-  for (std::stop_source& one : cancelled) {
-    one.request_stop();
+  for (std::stop_source& stop : cancelled) {
+    stop.request_stop();
   }
   if (place == Place::workers || all) {
     wake_workers(actions, all);

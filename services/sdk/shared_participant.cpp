@@ -146,8 +146,8 @@ void SharedParticipant::Impl::host() {
 void SharedParticipant::Impl::publish_heartbeat() {
   const auto now = std::chrono::steady_clock::now();
   bool busy = !unrequested.exchange(true);
-  for (const auto& [id, one] : hosted) {
-    const fabric::InstanceLoad load = one->load();
+  for (const auto& [id, instance] : hosted) {
+    const fabric::InstanceLoad load = instance->load();
     busy = busy || !load.calls.empty();
     heartbeats.note(load);
   }
@@ -217,14 +217,14 @@ void SharedParticipant::Impl::send_while_loop_is_busy() {
 
 std::optional<std::uint32_t> SharedParticipant::Impl::running(
     const fabric::InstanceId& instance) const {
-  const auto one = hosted.find(instance);
-  return one == hosted.end() ? std::nullopt : std::optional(one->second->load().status.running);
+  const auto found = hosted.find(instance);
+  return found == hosted.end() ? std::nullopt : std::optional(found->second->load().status.running);
 }
 
 void SharedParticipant::Impl::on_drain(const fabric::InstanceId& instance,
                                        const std::string& issuer) {
-  if (const auto one = hosted.find(instance); one != hosted.end()) {
-    one->second->on_drain(issuer);
+  if (const auto found = hosted.find(instance); found != hosted.end()) {
+    found->second->on_drain(issuer);
   }
 }
 

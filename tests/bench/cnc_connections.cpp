@@ -58,7 +58,9 @@ ads::Bytes requests() {
   const std::string symbol = "cnc_tick_counter_r";
   const ads::Bytes symbol_bytes(symbol.begin(), symbol.end());
   ads::Bytes all;
-  const auto add = [&all](const ads::Bytes& one) { all.insert(all.end(), one.begin(), one.end()); };
+  const auto add = [&all](const ads::Bytes& bytes) {
+    all.insert(all.end(), bytes.begin(), bytes.end());
+  };
   add(packet(ads::Command::read_write, variables::sda_port,
              ads::encode(ads::ReadWriteRequest{
                  {variables::decoder_group + 1, variables::offset::read_by_name}, 128, name}),

@@ -75,9 +75,9 @@ class Plant {
     }
     readings_.emplace(*client_);
     participant_.emplace(fabric::dds::ParticipantOptions{.domain = domain_.number()});
-    asking_.emplace(*participant_, io_.get_executor(), [this](const fabric::VariableReply& one) {
-      if (one.token == token_) {
-        reply_ = one;
+    asking_.emplace(*participant_, io_.get_executor(), [this](const fabric::VariableReply& reply) {
+      if (reply.token == token_) {
+        reply_ = reply;
       }
     });
     while (asking_->gateways() == 0) {
@@ -89,8 +89,8 @@ class Plant {
   /// With handles, which are opened beforehand.
   std::vector<variables::Reading> look_up(const Names& names) {
     std::vector<variables::Reading> known;
-    for (auto& one : tests::wait_for(io_, readings_->look_up(1, names))) {
-      known.push_back(one.value());
+    for (auto& found : tests::wait_for(io_, readings_->look_up(1, names))) {
+      known.push_back(found.value());
     }
     return known;
   }
@@ -135,8 +135,8 @@ class Plant {
       io_.run_one_until(end);
     }
     const bool good =
-        reply_ && reply_->done && std::ranges::all_of(reply_->results, [](const auto& one) {
-          return one.value.quality == fabric::Quality::good;
+        reply_ && reply_->done && std::ranges::all_of(reply_->results, [](const auto& result) {
+          return result.value.quality == fabric::Quality::good;
         });
     if (!good || reply_->results.size() != names.size()) {
       throw std::runtime_error(reply_ ? "the gateway refuses: " + reply_->reason.text
@@ -217,7 +217,7 @@ int main(int argc, char** argv) {
   const int rounds = argc > 1 ? std::max(std::atoi(argv[1]), 1) : 10;
   const int count = argc > 2 ? std::max(std::atoi(argv[2]), 1) : 500;
   Plant plant;
-  const double one = compare(plant, 1, rounds, count);
+  const double single = compare(plant, 1, rounds, count);
   const double many = compare(plant, 50, rounds, count);
-  return one <= goal && many <= goal ? 0 : 1;
+  return single <= goal && many <= goal ? 0 : 1;
 }

@@ -8,10 +8,10 @@ namespace millrace::tests::compat {
 
 millrace_Extras later_extras() {
   static millrace_Extra extra = [] {
-    millrace_Extra one{};
-    put(one.name, later_name);
-    put(one.bytes, later_bytes);
-    return one;
+    millrace_Extra entry{};
+    put(entry.name, later_name);
+    put(entry.bytes, later_bytes);
+    return entry;
   }();
   return {._maximum = 1, ._length = 1, ._buffer = &extra, ._release = false};
 }

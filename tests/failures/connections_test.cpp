@@ -17,13 +17,13 @@ struct Break {
   bool secure = false;
 };
 
-void PrintTo(const Break& one, std::ostream* out) {
-  *out << one.name;
+void PrintTo(const Break& fault, std::ostream* out) {
+  *out << fault.name;
 }
 
-void reach(Line& sut, const Break& one) {
+void reach(Line& sut, const Break& fault) {
   ASSERT_NO_FATAL_FAILURE(sut.reach());
-  if (one.secure) {
+  if (fault.secure) {
     sut.proxy().arm();
     ASSERT_TRUE(sut.proxy().await_held()) << sut.gateway().error_output();
   }
@@ -58,13 +58,13 @@ INSTANTIATE_TEST_SUITE_P(
         Break{"HalfOpenBeforeTheResponse", answered, &AdsProxy::go_silent},
         Break{"HalfOpenAfterTheRequestIsCleared", before_clear, &AdsProxy::go_silent_after},
         Break{"HalfOpenAfterTheProgramIsReleased", before_release, &AdsProxy::go_silent_after}),
-    [](const testing::TestParamInfo<Break>& one) { return one.param.name; });
+    [](const testing::TestParamInfo<Break>& tested) { return tested.param.name; });
 
 INSTANTIATE_TEST_SUITE_P(
     Secure, AConnection,
     testing::Values(Break{"SecureAndCut", running, &AdsProxy::cut_before, true},
                     Break{"SecureAndHalfOpen", running, &AdsProxy::go_silent_after, true}),
-    [](const testing::TestParamInfo<Break>& one) { return one.param.name; });
+    [](const testing::TestParamInfo<Break>& tested) { return tested.param.name; });
 
 /// A frame arrives after the gateway has given it up: nothing is written twice.
 class AStall : public testing::TestWithParam<Break> {};
@@ -85,7 +85,9 @@ INSTANTIATE_TEST_SUITE_P(Slow, AStall,
                                          Break{"OfTheClearedRequest", before_clear, nullptr},
                                          Break{"OfTheRelease", before_release, nullptr},
                                          Break{"OfSecureAds", running, nullptr, true}),
-                         [](const testing::TestParamInfo<Break>& one) { return one.param.name; });
+                         [](const testing::TestParamInfo<Break>& tested) {
+                           return tested.param.name;
+                         });
 
 /// Its frames do not count: a path that answers nothing cannot serve a call.
 class AControllerThatOnlySeemsAlive : public testing::TestWithParam<AdsProxy::Chatter> {};

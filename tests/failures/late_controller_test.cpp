@@ -271,11 +271,11 @@ class LateControllers : public testing::Test {
 
   std::string configuration() const {
     std::string text;
-    for (const Machine& one : machines_) {
+    for (const Machine& machine : machines_) {
       text += fmt::format(
           "machine {{ name: \"{}\" host: \"127.0.0.1\" port: {} net_id: \"127.0.0.1.1.1\" "
           "channel: 1 {} }}\n",
-          one.name, one.controller->port(), one.settings);
+          machine.name, machine.controller->port(), machine.settings);
     }
     return text;
   }
@@ -294,7 +294,7 @@ class LateControllers : public testing::Test {
     const auto end = std::chrono::steady_clock::now() + 60s;
     const auto done = [&] {
       return std::ranges::all_of(machines_,
-                                 [](const Machine& one) { return one.controller->done(); });
+                                 [](const Machine& machine) { return machine.controller->done(); });
     };
     while (!done() && std::chrono::steady_clock::now() < end) {
       io_.run_for(10ms);
@@ -327,12 +327,12 @@ TEST_F(LateControllers, GetEachRequestRunOnceAndAnsweredWithItsOwnAnswer) {
     return chain_.configured_gateway(configuration());
   }();
   run_until_done();
-  for (const Machine& one : machines_) {
+  for (const Machine& machine : machines_) {
     std::vector<std::string> expected;
     for (std::uint32_t number = 1; number <= requests; ++number) {
       expected.push_back(std::to_string(number));
     }
-    EXPECT_EQ(one.controller->answers(), expected) << one.name;
+    EXPECT_EQ(machine.controller->answers(), expected) << machine.name;
   }
   std::size_t executions = 0;
   std::ifstream texts(chain_.folder() / "texts");

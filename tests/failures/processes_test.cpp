@@ -16,8 +16,8 @@ struct Case {
   bool secure = false;
 };
 
-void PrintTo(const Case& one, std::ostream* out) {
-  *out << one.name;
+void PrintTo(const Case& tested, std::ostream* out) {
+  *out << tested.name;
 }
 
 class EveryProcess : public testing::TestWithParam<Case> {};
@@ -67,7 +67,7 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"ControllerBeforeTheAnswer", controller, answered, Fault::kill},
         Case{"ControllerBeforeTheRequestIsCleared", controller, before_clear, Fault::kill},
         Case{"ControllerBeforeTheProgramIsReleased", controller, before_release, Fault::kill}),
-    [](const testing::TestParamInfo<Case>& one) { return one.param.name; });
+    [](const testing::TestParamInfo<Case>& tested) { return tested.param.name; });
 
 INSTANTIATE_TEST_SUITE_P(
     Frozen, EveryProcess,
@@ -87,7 +87,7 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"ControllerBeforeTheAnswer", controller, answered, Fault::freeze},
         Case{"ControllerBeforeTheRequestIsCleared", controller, before_clear, Fault::freeze},
         Case{"ControllerBeforeTheProgramIsReleased", controller, before_release, Fault::freeze}),
-    [](const testing::TestParamInfo<Case>& one) { return one.param.name; });
+    [](const testing::TestParamInfo<Case>& tested) { return tested.param.name; });
 
 INSTANTIATE_TEST_SUITE_P(
     Secure, EveryProcess,
@@ -95,7 +95,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"SecureGatewayFrozen", gateway, running, Fault::freeze, true},
                     Case{"SecureControllerKilled", controller, running, Fault::kill, true},
                     Case{"SecureControllerFrozen", controller, running, Fault::freeze, true}),
-    [](const testing::TestParamInfo<Case>& one) { return one.param.name; });
+    [](const testing::TestParamInfo<Case>& tested) { return tested.param.name; });
 
 /// With trust, a restart needs one more handshake, and the new process must prove its identity
 /// before it replaces the dead one.
@@ -118,7 +118,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"GatewayBeforeItReleasesTheProgram", gateway, before_release, Fault::kill},
                     Case{"ServiceWhileItRuns", service, running, Fault::kill},
                     Case{"ServiceWhileItRunsFrozen", service, running, Fault::freeze}),
-    [](const testing::TestParamInfo<Case>& one) { return one.param.name; });
+    [](const testing::TestParamInfo<Case>& tested) { return tested.param.name; });
 
 TEST(ATrustedAtMostOnceCall, IsBlockedUntilAnAuthorizedOperatorAnswers) {
   Line sut({.point = running, .at_most_once = true, .trust = true});
@@ -138,8 +138,8 @@ struct OnceCase {
   bool held;
 };
 
-void PrintTo(const OnceCase& one, std::ostream* out) {
-  *out << one.name;
+void PrintTo(const OnceCase& tested, std::ostream* out) {
+  *out << tested.name;
 }
 
 class AnAtMostOnceCall : public testing::TestWithParam<OnceCase> {};
@@ -173,7 +173,7 @@ INSTANTIATE_TEST_SUITE_P(
                  false},
         OnceCase{"GatewayFrozenWhileTheCallRuns", gateway, running, Fault::freeze, false},
         OnceCase{"ControllerKilledWhileTheCallRuns", controller, running, Fault::kill, false}),
-    [](const testing::TestParamInfo<OnceCase>& one) { return one.param.name; });
+    [](const testing::TestParamInfo<OnceCase>& tested) { return tested.param.name; });
 
 }  // namespace
 }  // namespace millrace::tests::failures

@@ -92,8 +92,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   std::map<fabric::InstanceId, int> owed;
   std::uint32_t requests = 0;
   const auto count = [&] {
-    for (const auto& one : sut.take_output().answers) {
-      expect(--owed[one.reply.token] >= 0);
+    for (const auto& answer : sut.take_output().answers) {
+      expect(--owed[answer.reply.token] >= 0);
     }
   };
   while (!in.empty()) {

@@ -84,11 +84,11 @@ TEST_F(CInterface, ReportsARecordingThatCannotBeReadOrIsDamaged) {
 TEST_F(CService, ServesSeveralUuidsOnOneParticipant) {
   ASSERT_TRUE(caller.await_instance(first));
   ASSERT_TRUE(caller.await_instance(second));
-  const fabric::InstanceIdentity one = caller.identity(first);
-  EXPECT_EQ(one.name, "obedient");
-  EXPECT_EQ(one.concurrency, 4U);
-  EXPECT_EQ(one.channels.size(), 3U);
-  EXPECT_EQ(one.pid, caller.identity(second).pid);
+  const fabric::InstanceIdentity identity = caller.identity(first);
+  EXPECT_EQ(identity.name, "obedient");
+  EXPECT_EQ(identity.concurrency, 4U);
+  EXPECT_EQ(identity.channels.size(), 3U);
+  EXPECT_EQ(identity.pid, caller.identity(second).pid);
   EXPECT_EQ(participants_of(sut.pid(), domain.number()), 1U);
   EXPECT_EQ(caller.identity(second).delivery, fabric::Delivery::at_most_once);
   EXPECT_EQ(caller.identity(second).completion_signal, fabric::CompletionSignal::response);

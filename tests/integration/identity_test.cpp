@@ -480,8 +480,8 @@ TEST_F(IdentityTest, ARevokedGatewayCancelsNoCall) {
       requests.write(fabric::withdrawal_of({.key = {"cnc", 1}, .epoch = 77, .instance = *id})));
   await("the answer", [&] {
     const auto taken = replies.take();
-    return std::ranges::any_of(taken, [](const wire::Taken<fabric::Reply>& one) {
-      return one.valid && one.value.call.number == 1 && one.value.text == "4";
+    return std::ranges::any_of(taken, [](const wire::Taken<fabric::Reply>& received) {
+      return received.valid && received.value.call.number == 1 && received.value.text == "4";
     });
   });
 }

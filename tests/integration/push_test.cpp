@@ -197,7 +197,7 @@ INSTANTIATE_TEST_SUITE_P(
              "polled: the controller gives no handle .*0x702"},
         // The effect depends on which ones are lost; see the test above.
         Kind{"that_lose_every_third", "} faults { lose_sample_every: 3", "pushed: "}),
-    [](const auto& one) { return std::string(one.param.name); });
+    [](const auto& tested) { return std::string(tested.param.name); });
 
 }  // namespace
 }  // namespace millrace::tests::integration

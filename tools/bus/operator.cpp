@@ -53,7 +53,7 @@ class CommandSender : public std::enable_shared_from_this<CommandSender>,
   /// Sends what has no outcome yet.
   void send() {
     for (const fabric::Command& command : commands_) {
-      if (!heard.contains(command.id)) {
+      if (!outcomes.contains(command.id)) {
         sent_.insert_or_assign(command.id, Clock::now());
         fabric::Command named = command;
         const auto& trust = participant_.options().trust;
@@ -65,9 +65,9 @@ class CommandSender : public std::enable_shared_from_this<CommandSender>,
     }
   }
 
-  [[nodiscard]] bool done() const { return heard.size() == commands_.size(); }
+  [[nodiscard]] bool done() const { return outcomes.size() == commands_.size(); }
 
-  std::map<fabric::InstanceId, CommandResult> heard;
+  std::map<fabric::InstanceId, CommandResult> outcomes;
 
  private:
   using Handle = dds_instance_handle_t;
@@ -103,11 +103,13 @@ class CommandSender : public std::enable_shared_from_this<CommandSender>,
   void on_channel(const fabric::ChannelStatus& /*status*/) override {}
 
   void hear() {
-    for (const ReceivedOutcome& said : said_) {
-      const auto command = std::ranges::find(commands_, said.outcome.command, &fabric::Command::id);
-      if (is_asked(*command, said.participant)) {
-        heard.try_emplace(command->id, CommandResult{said.outcome, said.at - sent_.at(command->id),
-                                                     std::chrono::system_clock::now()});
+    for (const ReceivedOutcome& outcome : said_) {
+      const auto command =
+          std::ranges::find(commands_, outcome.outcome.command, &fabric::Command::id);
+      if (is_asked(*command, outcome.participant)) {
+        outcomes.try_emplace(command->id,
+                             CommandResult{outcome.outcome, outcome.at - sent_.at(command->id),
+                                           std::chrono::system_clock::now()});
       }
     }
   }
@@ -119,14 +121,15 @@ class CommandSender : public std::enable_shared_from_this<CommandSender>,
  public:
   /// Warns of outcomes from participants that did not get the command.
   void warn(const std::string& flags) const {
-    std::set<std::string> told;
-    for (const ReceivedOutcome& said : said_) {
-      const auto command = std::ranges::find(commands_, said.outcome.command, &fabric::Command::id);
-      if (!is_asked(*command, said.participant) && told.insert(said.program).second) {
+    std::set<std::string> answered;
+    for (const ReceivedOutcome& outcome : said_) {
+      const auto command =
+          std::ranges::find(commands_, outcome.outcome.command, &fabric::Command::id);
+      if (!is_asked(*command, outcome.participant) && answered.insert(outcome.program).second) {
         fmt::print(stderr,
                    "participant {} publishes the outcome of a command that was not for it; it is "
                    "ignored (`millrace doctor{}` lists the participants)\n",
-                   said.program, flags);
+                   outcome.program, flags);
       }
     }
   }
@@ -165,7 +168,7 @@ std::map<fabric::InstanceId, CommandResult> issue(fabric::dds::Participant& part
     io.run_one_until(std::min(next_sending, end));
   }
   sender->warn(flags);
-  return std::move(sender->heard);
+  return std::move(sender->outcomes);
 }
 
 std::string issuer_here() {
@@ -192,9 +195,9 @@ struct VariableClient::Impl : fabric::endpoints::GatewayMonitorListener {
         patience(own_patience),
         flags(std::move(own_flags)),
         end(participant, io.get_executor(),
-            [this](const fabric::VariableReply& one) {
-              if (one.token == token) {
-                reply = one;
+            [this](const fabric::VariableReply& received) {
+              if (received.token == token) {
+                reply = received;
               }
             }),
         gateways(participant, io.get_executor(), *this,
@@ -293,8 +296,8 @@ tl::expected<fabric::VariableReply, std::string> VariableClient::ask(
       next_sending = now + ask_again_after;
       request.age = now - first_said.value_or(now);
       first_said = first_said.value_or(now);
-      if (const auto said = self.end.publish(request); !said) {
-        return tl::unexpected(said.error());
+      if (const auto published = self.end.publish(request); !published) {
+        return tl::unexpected(published.error());
       }
     }
     const auto due = std::min(end, there == 0 ? now + look_after : next_sending);

@@ -65,8 +65,8 @@ class Unauthenticated {
     }
     while (fabric::wire::take_lent<dds_builtintopic_endpoint_t>(writers_.handle(), showed) > 0) {
     }
-    for (const dds_instance_handle_t one : proved_) {
-      changed = waiting_.erase(one) > 0 || changed;
+    for (const dds_instance_handle_t writer : proved_) {
+      changed = waiting_.erase(writer) > 0 || changed;
     }
     return changed;
   }

@@ -81,8 +81,8 @@ void AnnouncementReceiver::take() {
       }
       if (auto who = parse_announcement({packet.data(), static_cast<std::size_t>(size)})) {
         const GuidPrefix prefix = who->prefix;
-        heard_.insert_or_assign(prefix,
-                                ReceivedAnnouncement{std::move(*who), domain, address_text(from)});
+        announcements_.insert_or_assign(
+            prefix, ReceivedAnnouncement{std::move(*who), domain, address_text(from)});
       }
     }
   }

@@ -2,7 +2,7 @@
 // finds a process of another domain, or one whose multicast arrives and whose other packets do not.
 //
 //   AnnouncementReceiver receiver("eth0");
-//   … receiver.take();  receiver.heard()
+//   … receiver.take();  receiver.announcements()
 #pragma once
 
 #include <map>
@@ -32,13 +32,15 @@ class AnnouncementReceiver {
   void take();
 
   /// Each participant once.
-  [[nodiscard]] const std::map<GuidPrefix, ReceivedAnnouncement>& heard() const { return heard_; }
+  [[nodiscard]] const std::map<GuidPrefix, ReceivedAnnouncement>& announcements() const {
+    return announcements_;
+  }
   [[nodiscard]] const base::messages::Message& trouble() const { return trouble_; }
 
  private:
   /// The n-th receives domain n.
   std::vector<base::posix::Fd> sockets_;
-  std::map<GuidPrefix, ReceivedAnnouncement> heard_;
+  std::map<GuidPrefix, ReceivedAnnouncement> announcements_;
   base::messages::Message trouble_;
 };
 

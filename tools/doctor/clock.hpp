@@ -17,7 +17,7 @@ struct Exchange {
   fabric::Time asked{};
   /// By the other clock.
   fabric::Time answered{};
-  fabric::Time heard{};
+  fabric::Time received{};
 };
 
 struct ClockDifference {
@@ -30,7 +30,7 @@ struct ClockDifference {
 class ClockComparison {
  public:
   void add(const Exchange& exchange) {
-    const auto way = exchange.heard - exchange.asked;
+    const auto way = exchange.received - exchange.asked;
     if (way < std::chrono::nanoseconds::zero() || exchange.answered == fabric::Time{}) {
       return;  // Our own clock was set in between, or the other gives no time.
     }

@@ -21,8 +21,8 @@ std::string_view name_of(Severity severity) {
 }
 
 bool is_heard(const Findings& found, const Program& gateway) {
-  return std::ranges::any_of(found.live.machines(), [&](const auto& one) {
-    const fabric::MachineStatus& status = one.second;
+  return std::ranges::any_of(found.live.machines(), [&](const auto& machine) {
+    const fabric::MachineStatus& status = machine.second;
     return !status.gone && status.host == gateway.host && std::to_string(status.pid) == gateway.pid;
   });
 }
@@ -30,8 +30,8 @@ bool is_heard(const Findings& found, const Program& gateway) {
 std::vector<fabric::plant::LostMachine> lost_machines(const Findings& found) {
   std::vector<fabric::plant::LostMachine> all = found.live.lost();
   for (const fabric::plant::LostMachine& lost : found.lost) {
-    const bool is_known = std::ranges::any_of(found.live.machines(), [&](const auto& one) {
-      return one.second.machine == lost.last.machine;
+    const bool is_known = std::ranges::any_of(found.live.machines(), [&](const auto& machine) {
+      return machine.second.machine == lost.last.machine;
     });
     if (!is_known) {
       all.push_back(lost);
@@ -94,18 +94,18 @@ boost::json::object json_of(const Findings& found, const std::vector<Diagnosis>&
                                          {"ahead_ms", milliseconds(each.difference.ahead)},
                                          {"error_ms", milliseconds(each.difference.error)}});
   }
-  boost::json::array said;
+  boost::json::array answers;
   for (const Diagnosis& each : diagnoses) {
     boost::json::object out{{"severity", name_of(each.severity)}};
     print::put_message(out, "what", each.what);
     out["todo"] = print::json_of(each.todo);
-    said.push_back(std::move(out));
+    answers.push_back(std::move(out));
   }
   return {
       {"healthy", is_healthy(diagnoses)},     {"fabric", print::utf8(found.joining.fabric)},
       {"domain", found.joining.domain},       {"interface", print::utf8(found.joining.interface)},
       {"multicast", found.joining.multicast}, {"programs", std::move(programs)},
-      {"clocks", std::move(clocks)},          {"diagnoses", std::move(said)}};
+      {"clocks", std::move(clocks)},          {"diagnoses", std::move(answers)}};
 }
 
 }  // namespace millrace::tools::doctor

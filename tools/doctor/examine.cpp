@@ -97,9 +97,9 @@ std::vector<HostClock> compare_clocks(fabric::dds::Participant& participant,
       commands.back().id = fabric::InstanceId::random();
       commands.back().at = std::chrono::system_clock::now();
     }
-    const auto heard = bus::issue(participant, commands, patience_for_the_time, flags);
+    const auto outcomes = bus::issue(participant, commands, patience_for_the_time, flags);
     for (std::size_t w = 0; w < sources.size(); ++w) {
-      if (const auto word = heard.find(commands[w].id); word != heard.end()) {
+      if (const auto word = outcomes.find(commands[w].id); word != outcomes.end()) {
         const bus::CommandResult& answer = word->second;
         comparisons[w].add({answer.at - answer.after, answer.outcome.at, answer.at});
       }
@@ -178,11 +178,11 @@ bool is_own(const Directory& directory, const SeenEndpoint& endpoint) {
 
 /// Compared with the endpoint of a millrace process at the other end.
 std::vector<Message> reasons_of(const SeenEndpoint& endpoint, const Topic& topic, bool matched) {
-  const EndpointQos ours = endpoint.writer
-                               ? qos_of(*fabric::wire::reader_qos(topic, Keep::last), false)
-                               : qos_of(*fabric::wire::writer_qos(topic), true);
+  const EndpointQos own = endpoint.writer
+                              ? qos_of(*fabric::wire::reader_qos(topic, Keep::last), false)
+                              : qos_of(*fabric::wire::writer_qos(topic), true);
   std::vector<Message> reasons =
-      endpoint.writer ? misfits(endpoint.qos, ours) : misfits(ours, endpoint.qos);
+      endpoint.writer ? misfits(endpoint.qos, own) : misfits(own, endpoint.qos);
   if (endpoint.type != topic.type->m_typename) {
     reasons.push_back(messages::type_differs(endpoint.type, topic.type->m_typename));
   }
@@ -389,8 +389,8 @@ Findings examine(const Examination& examination) {
     found.joining.now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
     if (receiver) {
       found.deaf = receiver->trouble();
-      for (const auto& [prefix, heard] : receiver->heard()) {
-        found.heard.push_back(heard);
+      for (const auto& [prefix, announcement] : receiver->announcements()) {
+        found.announcements.push_back(announcement);
       }
     }
     found.peers = probe_peers(examination.joining.peers, examination.joining.domain);

@@ -86,7 +86,7 @@ struct Findings {
   /// Of this host.
   std::set<std::uint32_t> domains_here{};
   std::set<std::string> listening_interfaces{};
-  std::vector<ReceivedAnnouncement> heard{};
+  std::vector<ReceivedAnnouncement> announcements{};
   base::messages::Message deaf{};
   std::vector<Program> programs{};
   std::vector<Misfit> misfits{};

@@ -58,9 +58,9 @@ std::vector<std::size_t> successors(const syntax::Routine& routine, std::size_t 
                                 std::get<syntax::For>(routine.operations[end.loop].statement);
                             return std::vector{end.loop + 1, loop.exit};
                           },
-                          [](const syntax::Switch& one) {
-                            std::vector<std::size_t> targets{one.otherwise};
-                            for (const syntax::SwitchCase& each : one.cases) {
+                          [](const syntax::Switch& branch) {
+                            std::vector<std::size_t> targets{branch.otherwise};
+                            for (const syntax::SwitchCase& each : branch.cases) {
                               targets.push_back(each.target);
                             }
                             return targets;

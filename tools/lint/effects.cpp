@@ -128,17 +128,19 @@ class Reader {
 
   void words(const syntax::Words& words) {
     const bool values = std::ranges::any_of(words.items, [](const syntax::WordsItem& item) {
-      const auto* const one = std::get_if<syntax::Word>(&item);
-      const auto number =
-          one != nullptr && one->address == "G" ? constant_number(one->value) : std::nullopt;
+      const auto* const keyword = std::get_if<syntax::Word>(&item);
+      const auto number = keyword != nullptr && keyword->address == "G"
+                              ? constant_number(keyword->value)
+                              : std::nullopt;
       return number && syntax::takes_values(*number);
     });
     for (const syntax::WordsItem& item : words.items) {
       std::visit(
-          Cases{[&](const syntax::Word& one) { word(one, values); },
-                [&](const syntax::Assignment& one) { assign(one); },
-                [&](const syntax::DataAssignment& one) { read(one.value); },
-                [&](const syntax::QueueMessage& one) { read(one.value); }, [](const auto&) {}},
+          Cases{[&](const syntax::Word& keyword) { word(keyword, values); },
+                [&](const syntax::Assignment& assignment) { assign(assignment); },
+                [&](const syntax::DataAssignment& data_assignment) { read(data_assignment.value); },
+                [&](const syntax::QueueMessage& queue_message) { read(queue_message.value); },
+                [](const auto&) {}},
           item);
     }
   }
@@ -199,7 +201,7 @@ std::vector<Effect> effects_of(const syntax::Statement& statement) {
                      reader.read(loop.start);
                      reader.read(loop.end);
                    },
-                   [&](const syntax::Switch& one) { reader.read(one.selector); },
+                   [&](const syntax::Switch& branch) { reader.read(branch.selector); },
                    [&](const syntax::Flush&) { effects.push_back({.kind = Kind::flush}); },
                    [&](const syntax::WaitFor& wait) { reader.wait(wait); },
                    [&](const syntax::Message& message) { reader.show(message.text.values); },

@@ -73,12 +73,12 @@ class Linter {
   }
 
   Report take() {
-    std::ranges::stable_sort(findings_, [this](const Finding& one, const Finding& other) {
+    std::ranges::stable_sort(findings_, [this](const Finding& left, const Finding& other) {
       const auto order = [this](const Finding& finding) {
         return std::tuple(files_.at(finding.place.file), finding.place.line, finding.place.column,
                           finding.rule);
       };
-      return order(one) < order(other);
+      return order(left) < order(other);
     });
     const auto twice = std::ranges::unique(findings_);
     findings_.erase(twice.begin(), twice.end());

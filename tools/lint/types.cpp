@@ -240,44 +240,48 @@ Types::Types(const syntax::Program& program) {
 std::vector<std::string> Types::mistakes(const syntax::Statement& statement) const {
   std::vector<std::string> found;
   Checker checker(macros_, found);
-  std::visit(
-      Cases{[&](const syntax::Words& words) {
-              for (const syntax::WordsItem& item : words.items) {
-                std::visit(
-                    Cases{[&](const syntax::Word& word) {
-                            checker.expect(word.value, Type::number, word.address);
-                          },
-                          [&](const syntax::Assignment& one) { checker.assign(one); },
-                          [&](const syntax::DataAssignment& one) { checker.check(one.value); },
-                          [&](const syntax::QueueMessage& one) { checker.check(one.value); },
-                          [](const auto&) {}},
-                    item);
-              }
-            },
-            [&](const syntax::Branch& branch) {
-              checker.expect(branch.condition, Type::number, "a condition");
-            },
-            [&](const syntax::WaitFor& wait) {
-              checker.expect(wait.condition, Type::number, "a condition");
-            },
-            [&](const syntax::Switch& one) {
-              checker.expect(one.selector, Type::number, "$SWITCH");
-              for (const syntax::SwitchCase& each : one.cases) {
-                checker.expect(each.value, Type::number, "$CASE");
-              }
-            },
-            [&](const syntax::For& loop) {
-              checker.expect(loop.start, Type::number, "$FOR");
-              checker.expect(loop.end, Type::number, "$FOR");
-              checker.expect(loop.step, Type::number, "$FOR");
-            },
-            [&](const syntax::Message& message) { checker.message(message.text); },
-            [&](const syntax::SaveMessage& message) { checker.message(message.text); },
-            [&](const syntax::TimeCommand& time) {
-              checker.expect(time.seconds, Type::number, "#TIME");
-            },
-            [](const auto&) {}},
-      statement);
+  std::visit(Cases{[&](const syntax::Words& words) {
+                     for (const syntax::WordsItem& item : words.items) {
+                       std::visit(Cases{[&](const syntax::Word& word) {
+                                          checker.expect(word.value, Type::number, word.address);
+                                        },
+                                        [&](const syntax::Assignment& assignment) {
+                                          checker.assign(assignment);
+                                        },
+                                        [&](const syntax::DataAssignment& data_assignment) {
+                                          checker.check(data_assignment.value);
+                                        },
+                                        [&](const syntax::QueueMessage& queue_message) {
+                                          checker.check(queue_message.value);
+                                        },
+                                        [](const auto&) {}},
+                                  item);
+                     }
+                   },
+                   [&](const syntax::Branch& branch) {
+                     checker.expect(branch.condition, Type::number, "a condition");
+                   },
+                   [&](const syntax::WaitFor& wait) {
+                     checker.expect(wait.condition, Type::number, "a condition");
+                   },
+                   [&](const syntax::Switch& branch) {
+                     checker.expect(branch.selector, Type::number, "$SWITCH");
+                     for (const syntax::SwitchCase& each : branch.cases) {
+                       checker.expect(each.value, Type::number, "$CASE");
+                     }
+                   },
+                   [&](const syntax::For& loop) {
+                     checker.expect(loop.start, Type::number, "$FOR");
+                     checker.expect(loop.end, Type::number, "$FOR");
+                     checker.expect(loop.step, Type::number, "$FOR");
+                   },
+                   [&](const syntax::Message& message) { checker.message(message.text); },
+                   [&](const syntax::SaveMessage& message) { checker.message(message.text); },
+                   [&](const syntax::TimeCommand& time) {
+                     checker.expect(time.seconds, Type::number, "#TIME");
+                   },
+                   [](const auto&) {}},
+             statement);
   return found;
 }
 

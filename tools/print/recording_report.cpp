@@ -86,8 +86,8 @@ std::string shown(std::string_view text) {
   return base::text::safe(utf8(text));
 }
 
-std::string counted(std::uint64_t count, std::string_view one, std::string_view many) {
-  return fmt::format("{} {}", count, count == 1 ? one : many);
+std::string counted(std::uint64_t count, std::string_view single, std::string_view many) {
+  return fmt::format("{} {}", count, count == 1 ? single : many);
 }
 
 /// "zstd: 12 chunks, 1.5 MiB of 8.0 MiB"

@@ -14,21 +14,21 @@ constexpr auto settle_time = std::chrono::seconds(2);
 /// At the end, samples that are still on their way are not missing.
 constexpr auto last_moment = std::chrono::milliseconds(100);
 template <typename T>
-bool contains(const std::vector<T>& all, const T& one) {
-  return std::ranges::find(all, one) != all.end();
+bool contains(const std::vector<T>& all, const T& wanted) {
+  return std::ranges::find(all, wanted) != all.end();
 }
 
 template <typename T>
-void insert(std::vector<T>& all, const T& one) {
-  if (!contains(all, one)) {
-    all.push_back(one);
+void insert(std::vector<T>& all, const T& added) {
+  if (!contains(all, added)) {
+    all.push_back(added);
   }
 }
 
 template <typename T>
 std::uint64_t lacking(const std::vector<T>& expected, const std::vector<T>& there) {
   return static_cast<std::uint64_t>(
-      std::ranges::count_if(expected, [&](const T& one) { return !contains(there, one); }));
+      std::ranges::count_if(expected, [&](const T& wanted) { return !contains(there, wanted); }));
 }
 
 }  // namespace
@@ -220,7 +220,7 @@ void Completeness::forget_strangers(fabric::Time until) {
       continue;
     }
     gateways_.erase(stranger);
-    const auto is_its = [&](const auto& one) { return one.first.epoch == epoch; };
+    const auto is_its = [&](const auto& call) { return call.first.epoch == epoch; };
     std::erase_if(traces_, is_its);
     std::erase_if(gaps_, is_its);
     std::erase_if(gap_order_, [&](const fabric::CallId& gap) { return gap.epoch == epoch; });

@@ -74,7 +74,7 @@ void Rate::add(fabric::Time now, std::optional<std::chrono::nanoseconds> duratio
 
 double Rate::per_second(fabric::Time now) const {
   const auto in_window =
-      std::ranges::count_if(recent_, [&](const One& one) { return one.at >= now - window; });
+      std::ranges::count_if(recent_, [&](const One& call) { return call.at >= now - window; });
   const auto span = std::clamp<std::chrono::nanoseconds>(now - first_, shortest,
                                                          std::chrono::nanoseconds(window));
   return static_cast<double>(in_window) / std::chrono::duration<double>(span).count();
@@ -83,9 +83,9 @@ double Rate::per_second(fabric::Time now) const {
 std::optional<std::chrono::nanoseconds> Rate::mean(fabric::Time now) const {
   std::chrono::nanoseconds sum{};
   std::int64_t known = 0;
-  for (const One& one : recent_) {
-    if (one.at >= now - window && one.duration) {
-      sum += *one.duration;
+  for (const One& call : recent_) {
+    if (call.at >= now - window && call.duration) {
+      sum += *call.duration;
       ++known;
     }
   }

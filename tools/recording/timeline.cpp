@@ -44,8 +44,8 @@ Timeline timeline_of(const Call& call) {
       timeline.clock_difference = place - step.at;
     }
   }
-  std::ranges::stable_sort(order, {},
-                           [](const auto& one) { return std::pair(one.first, one.second->stage); });
+  std::ranges::stable_sort(
+      order, {}, [](const auto& stage) { return std::pair(stage.first, stage.second->stage); });
   for (const auto& [place, step] : order) {
     timeline.steps.push_back(*step);
   }

@@ -165,23 +165,23 @@ void AsService::repeat(const fabric::Request& request) {
   }
   Pending& pending = found->second;
   pending.request = request;
-  if (pending.said > 0 && pending.said == pending.script.size()) {
+  if (pending.sent > 0 && pending.sent == pending.script.size()) {
     pending.script.back().second.code = fabric::ServiceCode::repeated;
     ++statuses_[request.assigned].repeated;
-    --pending.said;
+    --pending.sent;
     publish(pending);
   }
 }
 
 void AsService::reply_next(const fabric::RequestKey& key) {
   Pending& pending = pending_.at(key);
-  if (pending.said == pending.script.size()) {
+  if (pending.sent == pending.script.size()) {
     const fabric::InstanceId instance = pending.request.assigned;
     find_end();
     leave_if_done(instance);
     return;
   }
-  const auto at = pending.since + pending.script[pending.said].first;
+  const auto at = pending.since + pending.script[pending.sent].first;
   if (at <= std::chrono::steady_clock::now()) {
     publish(pending);
     reply_next(key);
@@ -200,7 +200,7 @@ void AsService::reply_next(const fabric::RequestKey& key) {
 }
 
 void AsService::publish(Pending& pending) {
-  fabric::Reply reply = pending.script[pending.said++].second;
+  fabric::Reply reply = pending.script[pending.sent++].second;
   reply.attempt = pending.request.attempt;
   reply.received = pending.received;
   reply.started = pending.received;
@@ -210,8 +210,8 @@ void AsService::publish(Pending& pending) {
     ++status.answered;
     status.failed += reply.code == fabric::ServiceCode::failed ? 1U : 0U;
   }
-  if (const auto told = end_of(reply.instance)->publish(reply); !told) {
-    listener_.on_mismatch(pending.request, told.error());
+  if (const auto published = end_of(reply.instance)->publish(reply); !published) {
+    listener_.on_mismatch(pending.request, published.error());
   }
 }
 
@@ -235,8 +235,8 @@ void AsService::find_end() {
     complete_ = true;
     end_timer_.cancel();
     listener_.on_complete();
-  } else if (!complete_ && std::ranges::all_of(pending_, [](const auto& one) {
-               return one.second.said == one.second.script.size();
+  } else if (!complete_ && std::ranges::all_of(pending_, [](const auto& pending) {
+               return pending.second.sent == pending.second.script.size();
              })) {
     end_timer_.expires_after(drain_time);
     end_timer_.async_wait([this](const boost::system::error_code& error) {
@@ -252,8 +252,9 @@ std::optional<std::uint32_t> AsService::running(const fabric::InstanceId& instan
   if (!ends_.contains(instance)) {
     return std::nullopt;
   }
-  return static_cast<std::uint32_t>(std::ranges::count_if(pending_, [&](const auto& one) {
-    return one.second.request.assigned == instance && one.second.said < one.second.script.size();
+  return static_cast<std::uint32_t>(std::ranges::count_if(pending_, [&](const auto& pending) {
+    return pending.second.request.assigned == instance &&
+           pending.second.sent < pending.second.script.size();
   }));
 }
 
@@ -305,7 +306,7 @@ void AsService::leave_if_done(const fabric::InstanceId& instance) {
   // Posted: an instance must not end inside its own callback.
   asio::post(executor_, [this, instance] {
     std::erase_if(pending_,
-                  [&](const auto& one) { return one.second.request.assigned == instance; });
+                  [&](const auto& pending) { return pending.second.request.assigned == instance; });
     ends_.erase(instance);
     heartbeats_->forget(instance);
     draining_.erase(instance);

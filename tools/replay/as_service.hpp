@@ -110,7 +110,7 @@ class AsService : public fabric::endpoints::ReplyEndpointListener,
     std::chrono::steady_clock::time_point since{};
     /// Replies that remain, in their order, each after its time.
     std::vector<std::pair<nanoseconds, fabric::Reply>> script{};
-    std::size_t said = 0;
+    std::size_t sent = 0;
     std::unique_ptr<boost::asio::steady_timer> timer{};
     /// The final response was sent. A call without a response in the recording never gets one.
     bool answered = false;

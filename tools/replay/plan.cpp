@@ -78,16 +78,16 @@ void PlanBuilder::add(const recording::Entry& entry) {
   if (const auto* request = std::get_if<fabric::Request>(&entry.sample)) {
     add(*request, found(call), entry);
   } else if (const auto* event = std::get_if<fabric::Event>(&entry.sample)) {
-    Found& one = found(call);
-    one.call.add(entry);
-    if (event->kind == fabric::EventKind::seen && !one.planned && filter_.takes(entry)) {
-      one.planned = PlannedCall{.recorded = event->call,
-                                .channel = event->key,
-                                .uuid = event->uuid,
-                                .text = event->text,
-                                .state = event->state};
-      one.asked = entry.at;
-      one.withheld = entry.withheld.has_value();
+    Found& planned = found(call);
+    planned.call.add(entry);
+    if (event->kind == fabric::EventKind::seen && !planned.planned && filter_.takes(entry)) {
+      planned.planned = PlannedCall{.recorded = event->call,
+                                    .channel = event->key,
+                                    .uuid = event->uuid,
+                                    .text = event->text,
+                                    .state = event->state};
+      planned.asked = entry.at;
+      planned.withheld = entry.withheld.has_value();
     }
   } else if (std::holds_alternative<fabric::Reply>(entry.sample)) {
     found(call).call.add(entry);

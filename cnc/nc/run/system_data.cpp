@@ -61,7 +61,8 @@ Result<long> next_position(const QueueControl& control, long elements) {
 }
 
 Result<void> carry_out(const DataOrder& order, Environment& environment) {
-  return std::visit([&](const auto& one) { return carry_out_one(one, environment); }, order);
+  return std::visit([&](const auto& request) { return carry_out_one(request, environment); },
+                    order);
 }
 
 }  // namespace millrace::cnc::nc::run

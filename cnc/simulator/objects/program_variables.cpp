@@ -109,15 +109,15 @@ Result<void> write_program_variable(const Context& at, std::string_view name, By
   }
   const std::vector<std::string> elements = elements_of(name, *info);
   for (const std::string& element : elements) {
-    const BytesView one = elements.size() > 1 ? value.first(type.size) : value;
-    const auto accepted = accept(type, one);
+    const BytesView scalar = elements.size() > 1 ? value.first(type.size) : value;
+    const auto accepted = accept(type, scalar);
     if (!accepted) {
       return tl::unexpected(accepted.error());
     }
     if (!at.channel->program_variables().overwrite(element, decode(type, *accepted))) {
       return tl::unexpected(at.machine.settings().answers.unknown_variable);  // no such element
     }
-    value = value.subspan(one.size());
+    value = value.subspan(scalar.size());
   }
   return {};
 }
@@ -145,25 +145,27 @@ struct Enumeration {
   std::string_view kind;
 
   [[nodiscard]] bool valid() const {
-    return kind.empty() ||
-           std::any_of(all_kinds.begin(), all_kinds.end(), [&](Kind one) { return includes(one); });
+    return kind.empty() || std::any_of(all_kinds.begin(), all_kinds.end(),
+                                       [&](Kind candidate) { return includes(candidate); });
   }
-  [[nodiscard]] bool includes(Kind one) const { return kind.empty() || kind == prefix_of(one); }
+  [[nodiscard]] bool includes(Kind candidate) const {
+    return kind.empty() || kind == prefix_of(candidate);
+  }
 
   [[nodiscard]] std::size_t size() const {
     std::size_t sum = 0;
-    for (const Kind one : all_kinds) {
-      sum += includes(one) ? store.family(one).size() : 0;
+    for (const Kind listed : all_kinds) {
+      sum += includes(listed) ? store.family(listed).size() : 0;
     }
     return sum;
   }
 
   [[nodiscard]] const Variable* at(std::size_t index) const {
-    for (const Kind one : all_kinds) {
-      if (!includes(one)) {
+    for (const Kind listed : all_kinds) {
+      if (!includes(listed)) {
         continue;
       }
-      const Family& family = store.family(one);
+      const Family& family = store.family(listed);
       if (index < family.size()) {
         return &family.at(index);
       }

@@ -37,7 +37,7 @@ std::optional<ads::DataType> no_structure(std::string_view /*name*/) {
 /// The IEC name of a type with `size` bytes.
 std::string iec_name(std::string_view type, std::uint32_t size) {
   const auto* const named =
-      std::ranges::find(iec_names, type, [](const auto& one) { return one.first; });
+      std::ranges::find(iec_names, type, [](const auto& name) { return name.first; });
   if (named != iec_names.end()) {
     return std::string(named->second);
   }
@@ -170,13 +170,13 @@ void SymbolNames::add_objects(std::vector<ads::Symbol>& symbols, std::uint16_t p
   const Scope scope = channel == 0 ? Scope::cnc : (axis == 0 ? Scope::channel : Scope::axis);
   const std::size_t first = symbols.size();
   for (const Catalogue::Place& place : catalogue_.named(port, scope)) {
-    ads::Symbol one = symbol_of(place, channel, axis);
+    ads::Symbol symbol = symbol_of(place, channel, axis);
     // Groups of one scope may use a name twice; the first of them counts.
     const bool known =
         std::any_of(symbols.begin() + static_cast<std::ptrdiff_t>(first), symbols.end(),
-                    [&](const ads::Symbol& other) { return same_word(other.name, one.name); });
+                    [&](const ads::Symbol& other) { return same_word(other.name, symbol.name); });
     if (!known) {
-      symbols.push_back(std::move(one));
+      symbols.push_back(std::move(symbol));
     }
   }
 }

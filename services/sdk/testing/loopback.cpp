@@ -134,7 +134,7 @@ struct Loopback::Impl {
 Loopback::Impl::Impl() : retries([this](const std::stop_token& stop) { retry(stop); }) {}
 
 std::size_t Loopback::Impl::start(const ServiceOptions& options, const AsyncHandler& handler) {
-  const std::lock_guard one(dispatching);
+  const std::lock_guard dispatch_lock(dispatching);
   const std::size_t number = instances.size();
   auto instance = std::make_unique<Instance>(*this, number, options);
   for (std::uint32_t i = 0; i < options.concurrency; ++i) {
@@ -153,7 +153,7 @@ std::size_t Loopback::Impl::start(const ServiceOptions& options, const AsyncHand
 }
 
 void Loopback::Impl::kill(std::size_t number) {
-  const std::lock_guard one(dispatching);
+  const std::lock_guard dispatch_lock(dispatching);
   Instance& instance = *instances.at(number);
   {
     const std::lock_guard guard(lock);
@@ -177,7 +177,7 @@ void Loopback::Impl::kill(std::size_t number) {
 }
 
 std::shared_ptr<Pending::State> Loopback::Impl::send(fabric::Request request) {
-  const std::lock_guard one(dispatching);
+  const std::lock_guard dispatch_lock(dispatching);
   const bool own_channel = request.key == fabric::ChannelKey{};
   auto pending = std::make_shared<Pending::State>();
   pending->request = complete(std::move(request));
@@ -207,7 +207,7 @@ std::shared_ptr<Pending::State> Loopback::Impl::send(fabric::Request request) {
 }
 
 void Loopback::Impl::withdraw(Pending::State& pending) {
-  const std::lock_guard one(dispatching);
+  const std::lock_guard dispatch_lock(dispatching);
   withdraw_locked(pending);
 }
 
@@ -223,7 +223,7 @@ void Loopback::Impl::withdraw_locked(Pending::State& pending) {
       instance->requests.erase(pending.request.call);
     }
     pending.phase = Phase::withdrawn;
-    std::erase_if(waiting, [&](const auto& one) { return one.get() == &pending; });
+    std::erase_if(waiting, [&](const auto& waiter) { return waiter.get() == &pending; });
     changed.notify_all();
   }
   if (instance != nullptr) {
@@ -232,7 +232,7 @@ void Loopback::Impl::withdraw_locked(Pending::State& pending) {
 }
 
 void Loopback::Impl::repeat(Pending::State& pending) {
-  const std::lock_guard one(dispatching);
+  const std::lock_guard dispatch_lock(dispatching);
   Instance* instance = nullptr;
   {
     const std::lock_guard guard(lock);
@@ -253,7 +253,7 @@ void Loopback::Impl::end() {
   retries = {};
   std::vector<std::pair<Instance*, fabric::RequestKey>> under_way;
   {
-    const std::lock_guard one(dispatching);
+    const std::lock_guard dispatch_lock(dispatching);
     {
       const std::lock_guard guard(lock);
       for (const auto& instance : instances) {
@@ -328,7 +328,7 @@ void Loopback::Impl::retry(const std::stop_token& stop) {
       changed.wait(guard, stop, [this] { return !waiting.empty(); });
     }
     {
-      const std::lock_guard one(dispatching);
+      const std::lock_guard dispatch_lock(dispatching);
       dispatch();
     }
     std::unique_lock guard(lock);

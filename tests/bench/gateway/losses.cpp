@@ -56,9 +56,9 @@ bool measure_takeover() {
   MemoryGateway gateway(domain.number(), 1, 1);
   std::map<std::uint32_t, tests::Process> services;
   const auto add = [&] {
-    tests::Process one = start_service(domain.number(), 1, "stuck");
-    const auto pid = static_cast<std::uint32_t>(one.pid());
-    services.emplace(pid, std::move(one));
+    tests::Process process = start_service(domain.number(), 1, "stuck");
+    const auto pid = static_cast<std::uint32_t>(process.pid());
+    services.emplace(pid, std::move(process));
   };
   add();
   add();

@@ -226,10 +226,10 @@ class GrownPlant {
     double rate = 0;
     double cost = 0;
     double calls = 0;
-    for (const auto& one : gateways_.await("^flooded (\\S+) (\\S+) (\\S+)", 2 * patience)) {
-      rate += one[0];
-      cost += one[1] / size_.gateways;
-      calls += one[2];
+    for (const auto& line : gateways_.await("^flooded (\\S+) (\\S+) (\\S+)", 2 * patience)) {
+      rate += line[0];
+      cost += line[1] / size_.gateways;
+      calls += line[2];
     }
     tell_row({{"calls_per_second", rate},
               {"gateway", cost},
@@ -240,9 +240,9 @@ class GrownPlant {
     gateways_.begin_phase();
     double median = 0;
     double p99 = 0;
-    for (const auto& one : gateways_.await("^single (\\S+) (\\S+)", 2 * patience)) {
-      median = std::max(median, one[0]);
-      p99 = std::max(p99, one[1]);
+    for (const auto& line : gateways_.await("^single (\\S+) (\\S+)", 2 * patience)) {
+      median = std::max(median, line[0]);
+      p99 = std::max(p99, line[1]);
     }
     tell_row({{"median", median}, {"p99", p99}});
   }
@@ -382,8 +382,8 @@ const std::vector<Dimension>& all() {
 }
 
 const Dimension& find(const std::string& name) {
-  const auto found =
-      std::ranges::find_if(all(), [&](const Dimension& one) { return name == one.name; });
+  const auto found = std::ranges::find_if(
+      all(), [&](const Dimension& dimension) { return name == dimension.name; });
   if (found == all().end()) {
     throw std::runtime_error(fmt::format("there is no dimension '{}'", name));
   }
@@ -472,8 +472,8 @@ bool measure(const Dimension& of, const ScaleOptions& options) {
 
 std::vector<std::string> dimensions() {
   std::vector<std::string> names;
-  for (const Dimension& one : all()) {
-    names.emplace_back(one.name);
+  for (const Dimension& dimension : all()) {
+    names.emplace_back(dimension.name);
   }
   return names;
 }

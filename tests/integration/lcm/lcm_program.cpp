@@ -87,7 +87,7 @@ void LcmProgram::take(const std::string& channel, const std::string& bytes) {
 
 /// The caller holds the lock.
 void LcmProgram::forget(const std::string& call) {
-  std::erase_if(presence_.calls, [&](const call_t& one) { return one.id == call; });
+  std::erase_if(presence_.calls, [&](const call_t& call_t) { return call_t.id == call; });
 }
 
 void LcmProgram::change(const std::function<void(presence_t&)>& change) {
@@ -96,17 +96,17 @@ void LcmProgram::change(const std::function<void(presence_t&)>& change) {
 }
 
 request_t LcmProgram::await_request() {
-  request_t one;
+  request_t request;
   await("a request", [&] {
     const std::lock_guard held(lock_);
     if (requests_.empty()) {
       return false;
     }
-    one = requests_.front();
+    request = requests_.front();
     requests_.erase(requests_.begin());
     return true;
   });
-  return one;
+  return request;
 }
 
 reply_t LcmProgram::reply_to(const request_t& request, const std::string& text,

@@ -11,8 +11,8 @@ std::vector<std::uint8_t> bytes_of(const std::string& text) {
   return {text.begin(), text.end()};
 }
 
-bool same_call(const Request& one, const Request& other) {
-  return key_of(one) == key_of(other) && one.number() == other.number();
+bool same_call(const Request& request, const Request& other) {
+  return key_of(request) == key_of(other) && request.number() == other.number();
 }
 
 }  // namespace

@@ -16,11 +16,11 @@ namespace millrace::tests::interop::fastdds {
 namespace {
 
 template <typename Made>
-Made* made(Made* one, const std::string& what) {
-  if (one == nullptr) {
+Made* made(Made* made, const std::string& what) {
+  if (made == nullptr) {
     throw std::runtime_error("Fast DDS does not make " + what);
   }
-  return one;
+  return made;
 }
 
 template <typename Qos>

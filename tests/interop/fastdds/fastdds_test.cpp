@@ -58,9 +58,9 @@ class AForeignService : public OnFastDds {
  protected:
   Process service(Flags flags = {}) {
     flags.insert(flags.end(), {"--domain", std::to_string(chain.domain())});
-    Process one = start("fastdds_service", std::move(flags));
-    one.await("^ready: ");
-    return one;
+    Process process = start("fastdds_service", std::move(flags));
+    process.await("^ready: ");
+    return process;
   }
 
   /// A controller whose channels make this many calls each and check that each answer is their own.

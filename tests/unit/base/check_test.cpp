@@ -138,10 +138,10 @@ TEST(Check, AcceptsAnyBytes) {
       std::ranges::generate(bytes, [&] { return static_cast<char>(byte(random)); });
       return bytes;
     };
-    auto* const one = config.add_machine();
-    one->set_name(text());
-    one->add_channel(std::numeric_limits<std::uint32_t>::max());
-    auto* const data = one->add_data();
+    auto* const machine = config.add_machine();
+    machine->set_name(text());
+    machine->add_channel(std::numeric_limits<std::uint32_t>::max());
+    auto* const data = machine->add_data();
     data->add_variable(text());
     data->set_deadband(std::numeric_limits<double>::quiet_NaN());
     config.add_service()->set_uuid(text());

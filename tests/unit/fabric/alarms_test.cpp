@@ -69,7 +69,7 @@ TEST(AnAlarmTable, RetractsOnlyWhatIsOver) {
   EXPECT_THAT(changes.to_publish, IsEmpty());
   ASSERT_THAT(changes.to_dispose, SizeIs(1));
   EXPECT_EQ(changes.to_dispose.front().key.subject, "a");
-  EXPECT_THAT(sut.told(), SizeIs(1));
+  EXPECT_THAT(sut.published(), SizeIs(1));
 }
 
 TEST(AnAlarmTable, PublishesNothingThatEndedBeforeItsPublication) {
@@ -88,16 +88,16 @@ TEST(AnAlarmTable, PublishesTheWorstOfManyAndCountsTheRest) {
     sut.raise(alarm, noon);
   }
   static_cast<void>(sut.changes());
-  EXPECT_THAT(sut.told(), SizeIs(AlarmTable::most));
-  EXPECT_TRUE(sut.told().contains({archiver.key.responder, "archive", "99"}));
-  const Alarm& rest = sut.told().at({archiver.key.responder, "more", ""});
+  EXPECT_THAT(sut.published(), SizeIs(AlarmTable::most));
+  EXPECT_TRUE(sut.published().contains({archiver.key.responder, "archive", "99"}));
+  const Alarm& rest = sut.published().at({archiver.key.responder, "more", ""});
   EXPECT_EQ(rest.text, "69 more alarms are not published one by one");
   EXPECT_EQ(rest.level, AlarmLevel::warning);
   for (int i = 0; i < 90; ++i) {
     sut.clear("archive", std::to_string(i));
   }
   static_cast<void>(sut.changes());
-  EXPECT_THAT(sut.told(), SizeIs(10));
+  EXPECT_THAT(sut.published(), SizeIs(10));
 }
 
 // Texts and advice are shortened when they are sent (fabric/wire).
@@ -117,28 +117,28 @@ TEST(AnAlarmTable, ShortensTooLongNamesVisibly) {
 
 TEST(AlarmOwners, KeepAlarmsOfSeveralWritersWithOneKey) {
   observer::AlarmOwners sut;
-  EXPECT_EQ(sut.said(archiver.key, 1), archiver.key);
+  EXPECT_EQ(sut.on_alarm(archiver.key, 1), archiver.key);
   EXPECT_FALSE(sut.is_shared(archiver.key));
-  const AlarmKey beside = sut.said(archiver.key, 2);
+  const AlarmKey beside = sut.on_alarm(archiver.key, 2);
   EXPECT_NE(beside, archiver.key);
   EXPECT_EQ(beside.kind, archiver.key.kind);
   EXPECT_TRUE(sut.is_shared(archiver.key));
-  EXPECT_EQ(sut.said(archiver.key, 1), archiver.key);
-  EXPECT_EQ(sut.said(archiver.key, 2), beside);
+  EXPECT_EQ(sut.on_alarm(archiver.key, 1), archiver.key);
+  EXPECT_EQ(sut.on_alarm(archiver.key, 2), beside);
   EXPECT_EQ(sut.over(archiver.key, 2), beside);
   EXPECT_FALSE(sut.is_shared(archiver.key));
   EXPECT_EQ(sut.over(archiver.key, 1), archiver.key);
-  EXPECT_EQ(sut.said(archiver.key, 2), archiver.key) << "no writer has it any more";
+  EXPECT_EQ(sut.on_alarm(archiver.key, 2), archiver.key) << "no writer has it any more";
 }
 
 TEST(AlarmOwners, CountADisposedSampleAsAnAlarmOnlyWhileSeveralWritersHaveItsKey) {
   observer::AlarmOwners sut;
-  sut.said(archiver.key, 1);
+  sut.on_alarm(archiver.key, 1);
   const auto own = sut.take(archiver.key, 1, true, false);
   ASSERT_TRUE(own);
   EXPECT_TRUE(own->is_over);
-  sut.said(archiver.key, 1);
-  sut.said(archiver.key, 2);
+  sut.on_alarm(archiver.key, 1);
+  sut.on_alarm(archiver.key, 2);
   const auto shared = sut.take(archiver.key, 1, true, false);
   ASSERT_TRUE(shared);
   EXPECT_FALSE(shared->is_over);
@@ -148,12 +148,12 @@ TEST(AlarmOwners, CountADisposedSampleAsAnAlarmOnlyWhileSeveralWritersHaveItsKey
 
 TEST(AlarmOwners, EndOnlyTheAlarmOfAWriterThatIsGone) {
   observer::AlarmOwners sut;
-  sut.said(archiver.key, 1);
-  const AlarmKey beside = sut.said(archiver.key, 2);
+  sut.on_alarm(archiver.key, 1);
+  const AlarmKey beside = sut.on_alarm(archiver.key, 2);
   EXPECT_THAT(sut.gone({1, 2}), testing::IsEmpty());
   EXPECT_THAT(sut.gone({2}), testing::ElementsAre(archiver.key));
-  EXPECT_EQ(sut.said(archiver.key, 2), beside);
-  EXPECT_EQ(sut.said(archiver.key, 1), archiver.key) << "it has returned";
+  EXPECT_EQ(sut.on_alarm(archiver.key, 2), beside);
+  EXPECT_EQ(sut.on_alarm(archiver.key, 1), archiver.key) << "it has returned";
   EXPECT_THAT(sut.gone({1}), testing::ElementsAre(beside));
   EXPECT_THAT(sut.gone({}), testing::IsEmpty()) << "DDS reports the only one";
 }

@@ -94,8 +94,8 @@ TEST_F(Endpoints, KeepTheAnswersToTwoGatewaysApart) {
   const auto sut = open_gateway();
   ASSERT_TRUE(until([&] { return gateway.replies.size() == 2; }));
   std::set<CallId> calls;
-  for (const Reply& one : gateway.replies) {
-    calls.insert(one.call);
+  for (const Reply& reply : gateway.replies) {
+    calls.insert(reply.call);
   }
   EXPECT_THAT(calls, ElementsAre(CallId{7, 2}, CallId{8, 1}));
 }

@@ -134,14 +134,14 @@ TEST_F(Endpoints, NeverLoseTheReplyOfFreshEndpoints) {
 
 TEST_F(Endpoints, KeepTwoServicesApart) {
   const auto sut = open_gateway();
-  const auto one = start(identity());
+  const auto service = start(identity());
   const auto other = start(identity("dial-gauge"));
-  ASSERT_TRUE(until_ready(one->end.identity()));
+  ASSERT_TRUE(until_ready(service->end.identity()));
   ASSERT_TRUE(until_ready(other->end.identity()));
-  ASSERT_TRUE(sut->publish(request(1, one->end.identity())));
-  ASSERT_TRUE(until_heard(*sut, *one, 2));
+  ASSERT_TRUE(sut->publish(request(1, service->end.identity())));
+  ASSERT_TRUE(until_heard(*sut, *service, 2));
   ASSERT_TRUE(until_heard(*sut, *other, 3));
-  EXPECT_EQ(one->heard.requests.size(), 2U);
+  EXPECT_EQ(service->heard.requests.size(), 2U);
   EXPECT_EQ(other->heard.requests.size(), 1U);
 }
 

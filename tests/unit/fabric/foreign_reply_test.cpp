@@ -119,9 +119,9 @@ TEST_F(AForeignReply, OfAnUnknownKindArrivesWithItsNumber) {
     service.write(reply(instance, ++number), kind);
   }
   ASSERT_TRUE(until_replies(number));
-  for (const Reply& one : gateway.replies) {
-    EXPECT_EQ(static_cast<std::uint8_t>(one.kind), kinds.at(one.call.number - 1));
-    EXPECT_EQ(is_known(one), one.kind == ReplyKind::final);
+  for (const Reply& reply : gateway.replies) {
+    EXPECT_EQ(static_cast<std::uint8_t>(reply.kind), kinds.at(reply.call.number - 1));
+    EXPECT_EQ(is_known(reply), reply.kind == ReplyKind::final);
   }
 }
 
@@ -133,8 +133,8 @@ TEST_F(AForeignReply, OfAnUnknownCodeIsNotAcceptedAsAValidOne) {
     service.write(reply(instance, ++number), millrace_reply_kind_final, code);
   }
   ASSERT_TRUE(until_replies(number));
-  for (const Reply& one : gateway.replies) {
-    EXPECT_FALSE(is_known(one)) << one.call.number;
+  for (const Reply& reply : gateway.replies) {
+    EXPECT_FALSE(is_known(reply)) << reply.call.number;
   }
 }
 
@@ -182,9 +182,10 @@ TEST_F(AForeignReply, OfAProcessThatPretendsToBeTheInstanceIsDropped) {
 TEST_F(AForeignReply, ThatIsOnlyDisposedIsUnexpected) {
   wire::Writer<Reply> stranger(there, partition);
   ASSERT_TRUE(until([&] { return !stranger.matched().empty(); }));
-  Reply one = reply(InstanceId::random(), 1);
-  for (one.call.epoch = 1; one.call.epoch <= ReplyKeys::most_others + 64; ++one.call.epoch) {
-    stranger.withdraw(one);
+  Reply foreign = reply(InstanceId::random(), 1);
+  for (foreign.call.epoch = 1; foreign.call.epoch <= ReplyKeys::most_others + 64;
+       ++foreign.call.epoch) {
+    stranger.withdraw(foreign);
   }
   ASSERT_TRUE(until([&] {
     // A gateway logs this when a participant joins or leaves, or sends heartbeats.

@@ -264,9 +264,9 @@ TEST_F(InstanceRegistryTest, ChecksForSilenceWhenTheFirstOfSeveralProcessesMayBe
   for (const auto& [often, seldom] :
        {std::pair(process, other_participant), std::pair(other_participant, process)}) {
     registry::InstanceRegistry several;
-    const InstanceIdentity one{.id = InstanceId::random(), .uuid = "weather", .lease = 500ms};
+    const InstanceIdentity frequent{.id = InstanceId::random(), .uuid = "weather", .lease = 500ms};
     const InstanceIdentity other{.id = InstanceId::random(), .uuid = "weather", .lease = 10s};
-    several.reader_seen(reader, {one, often}, start);
+    several.reader_seen(reader, {frequent, often}, start);
     several.reader_seen(reader + 1, {other, seldom}, start);
     several.heartbeat_writer_seen(heartbeats, often);
     several.heartbeat(heartbeats, start + 200ms);
@@ -465,9 +465,9 @@ TEST_F(InstanceRegistryTest, LimitsTheNumberOfEndpoints) {
   std::size_t readers = 0;
   std::size_t writers = 0;
   for (std::size_t i = 0; i < registry::InstanceRegistry::most_endpoints + 10; ++i) {
-    InstanceIdentity one{.id = InstanceId::random(), .uuid = "weather"};
-    readers += sut.reader_seen(first + 2 * i, {one, process}, start) == Seen::taken ? 1U : 0U;
-    writers += sut.writer_seen(first + 2 * i + 1, {one.id, process}) == Seen::taken ? 1U : 0U;
+    InstanceIdentity entry{.id = InstanceId::random(), .uuid = "weather"};
+    readers += sut.reader_seen(first + 2 * i, {entry, process}, start) == Seen::taken ? 1U : 0U;
+    writers += sut.writer_seen(first + 2 * i + 1, {entry.id, process}) == Seen::taken ? 1U : 0U;
   }
   EXPECT_EQ(readers, registry::InstanceRegistry::most_endpoints);
   EXPECT_EQ(writers, registry::InstanceRegistry::most_endpoints);

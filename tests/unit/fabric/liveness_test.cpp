@@ -26,17 +26,17 @@ using tests::run_until;
 using namespace std::chrono_literals;
 
 InstanceLoad load(std::uint8_t number, std::uint64_t answered = 0) {
-  InstanceLoad one;
-  one.status.instance.bytes.fill(number);
-  one.status.answered = answered;
-  return one;
+  InstanceLoad load;
+  load.status.instance.bytes.fill(number);
+  load.status.answered = answered;
+  return load;
 }
 
 InstanceLoad busy(std::uint8_t number) {
-  InstanceLoad one = load(number);
-  one.status.running = 1;
-  one.calls = {{7, number}};
-  return one;
+  InstanceLoad entry = load(number);
+  entry.status.running = 1;
+  entry.calls = {{7, number}};
+  return entry;
 }
 
 class HeartbeatsTest : public testing::Test {
@@ -44,8 +44,8 @@ class HeartbeatsTest : public testing::Test {
   /// The first byte of each instance's id in the next heartbeat.
   std::vector<int> next() {
     std::vector<int> named;
-    for (const InstanceLoad& one : sut.next({}).loads) {
-      named.push_back(one.status.instance.bytes.front());
+    for (const InstanceLoad& load : sut.next({}).loads) {
+      named.push_back(load.status.instance.bytes.front());
     }
     return named;
   }
@@ -53,7 +53,7 @@ class HeartbeatsTest : public testing::Test {
     for (std::uint8_t number = 1; number <= instances; ++number) {
       sut.note(load(number));
     }
-    for (std::uint64_t heartbeat = 0; heartbeat < Heartbeats::told; ++heartbeat) {
+    for (std::uint64_t heartbeat = 0; heartbeat < Heartbeats::repeats; ++heartbeat) {
       static_cast<void>(sut.next({}));
     }
   }
@@ -64,7 +64,7 @@ class HeartbeatsTest : public testing::Test {
 TEST_F(HeartbeatsTest, ContainAChangeSeveralTimes) {
   quiet(100);
   sut.note(load(50, 1));
-  for (std::uint64_t heartbeat = 0; heartbeat < Heartbeats::told; ++heartbeat) {
+  for (std::uint64_t heartbeat = 0; heartbeat < Heartbeats::repeats; ++heartbeat) {
     EXPECT_THAT(next(), Contains(50));
   }
 }
@@ -108,7 +108,7 @@ TEST_F(HeartbeatsTest, ContainNothingOfAForgottenInstance) {
 }
 
 struct LoadGateway : RecordingGateway {
-  void on_load(const InstanceLoad& one) override { loads.push_back(one); }
+  void on_load(const InstanceLoad& load) override { loads.push_back(load); }
   std::vector<InstanceLoad> loads;
 };
 
@@ -119,8 +119,8 @@ class Liveness : public testing::Test {
   Liveness() { heartbeat(); }
 
   void heartbeat() {
-    InstanceLoad one{.status = {.instance = who.id, .running = 1}, .calls = {{7, 1}}};
-    EXPECT_TRUE(heartbeats.publish({.process = member, .loads = {one}}));
+    InstanceLoad load{.status = {.instance = who.id, .running = 1}, .calls = {{7, 1}}};
+    EXPECT_TRUE(heartbeats.publish({.process = member, .loads = {load}}));
     timer.expires_after(who.lease / endpoints::HeartbeatEndpoint::heartbeats_per_lease);
     timer.async_wait([this](const boost::system::error_code& error) {
       if (!error) {
@@ -201,8 +201,8 @@ TEST_F(Liveness, IsNotReportedByAnotherProcess) {
   }));
   EXPECT_THAT(gateway.ignored,
               ElementsAre(testing::HasSubstr("a heartbeat of instance " + who.id.to_string())));
-  for (const InstanceLoad& one : gateway.loads) {
-    EXPECT_EQ(one.status.answered, 0U);
+  for (const InstanceLoad& load : gateway.loads) {
+    EXPECT_EQ(load.status.answered, 0U);
   }
 }
 

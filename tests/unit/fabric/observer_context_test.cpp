@@ -125,9 +125,9 @@ TEST(AContext, ForgetsTheOldestCallsOnly) {
 
 TEST(AContext, NamesTheWithdrawnCallOfItsGateway) {
   Context sut;
-  Entry one = of(Request{.key = {"cnc", 1}, .call = {7, 1}, .uuid = square_root});
+  Entry request = of(Request{.key = {"cnc", 1}, .call = {7, 1}, .uuid = square_root});
   Entry another = of(Request{.key = {"cnc", 1}, .call = {8, 5}, .uuid = "dial-gauge"});
-  sut.complete(one);
+  sut.complete(request);
   sut.complete(another);
   Entry withdrawal = of(Withdrawal{.key = {"cnc", 1}, .call = {.epoch = 7}});
   sut.complete(withdrawal);
@@ -174,10 +174,10 @@ TEST(AContext, RemembersTheFirstCommandOfAnId) {
 TEST(TheAlarms, AreReportedOnceUntilTheyChange) {
   Alarms sut;
   Alarm alarm{.key = {instance(1), "archive", ""}, .text = "disk full"};
-  ASSERT_TRUE(sut.said(alarm));
-  EXPECT_FALSE(sut.said(alarm));
+  ASSERT_TRUE(sut.on_alarm(alarm));
+  EXPECT_FALSE(sut.on_alarm(alarm));
   alarm.text = "disk gone";
-  const auto again = sut.said(alarm);
+  const auto again = sut.on_alarm(alarm);
   ASSERT_TRUE(again);
   EXPECT_EQ(again->alarm.text, "disk gone");
   EXPECT_FALSE(again->over);
@@ -186,22 +186,22 @@ TEST(TheAlarms, AreReportedOnceUntilTheyChange) {
 TEST(TheAlarms, EndWithTheirLastText) {
   Alarms sut;
   const Alarm alarm{.key = {instance(1), "archive", ""}, .text = "disk full", .program = "a"};
-  sut.said(alarm);
+  sut.on_alarm(alarm);
   const auto over = sut.over(alarm.key);
   ASSERT_TRUE(over);
   EXPECT_TRUE(over->over);
   EXPECT_EQ(over->alarm, alarm);
   EXPECT_EQ(sut.over(alarm.key)->alarm.text, "");
-  EXPECT_TRUE(sut.said(alarm));
+  EXPECT_TRUE(sut.on_alarm(alarm));
 }
 
 TEST(TheAlarms, AreRememberedUpToABound) {
   Alarms sut;
   for (std::size_t i = 0; i <= Alarms::most; ++i) {
-    EXPECT_TRUE(sut.said({.key = {instance(1), "kind", std::to_string(i)}}));
+    EXPECT_TRUE(sut.on_alarm({.key = {instance(1), "kind", std::to_string(i)}}));
   }
-  EXPECT_FALSE(sut.said({.key = {instance(1), "kind", "0"}}));
-  EXPECT_TRUE(sut.said({.key = {instance(1), "kind", std::to_string(Alarms::most)}}));
+  EXPECT_FALSE(sut.on_alarm({.key = {instance(1), "kind", "0"}}));
+  EXPECT_TRUE(sut.on_alarm({.key = {instance(1), "kind", std::to_string(Alarms::most)}}));
 }
 
 }  // namespace

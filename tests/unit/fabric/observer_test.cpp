@@ -50,7 +50,7 @@ class AnObserver : public Endpoints,
   bool until_ignored(const std::string& words) {
     return until([&] {
       return std::ranges::any_of(
-          ignored, [&](const std::string& one) { return one.find(words) != std::string::npos; });
+          ignored, [&](const std::string& line) { return line.find(words) != std::string::npos; });
     });
   }
   template <typename Sample>
@@ -103,10 +103,10 @@ TEST_F(AnObserver, AcceptsAReplyFromItsInstanceOnly) {
 TEST_F(AnObserver, CutsAReplyThatNoChannelCanTakeAndCountsIt) {
   tests::UncheckedReplyWriter careless(there, wire::service_partition("millrace", who.uuid),
                                        registry::format_instance(who.id));
-  Reply one = reply(asked);
-  one.text = std::string(500'000, 'x');
+  Reply answer = reply(asked);
+  answer.text = std::string(500'000, 'x');
   ASSERT_TRUE(until([&] {
-    careless.write(one, static_cast<std::uint32_t>(ReplyKind::final));
+    careless.write(answer, static_cast<std::uint32_t>(ReplyKind::final));
     return count<Reply>() > 0;
   }));
   EXPECT_EQ(all<Reply>().front().text, std::string(max_text, 'x'));

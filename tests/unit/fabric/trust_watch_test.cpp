@@ -33,16 +33,16 @@ class ATrustWatch : public testing::Test {
                                        const std::lock_guard guard(lock);
                                        return std::chrono::nanoseconds(slept);
                                      },
-                                 .said = [this](std::string text) { say(std::move(text)); }}};
+                                 .log = [this](std::string text) { say(std::move(text)); }}};
   }
   void say(std::string text) {
     const std::lock_guard guard(lock);
-    said.push_back(std::move(text));
+    lines.push_back(std::move(text));
   }
   bool until_said() {
     tests::await("a report", [this] {
       const std::lock_guard guard(lock);
-      return !said.empty();
+      return !lines.empty();
     });
     return true;
   }
@@ -52,7 +52,7 @@ class ATrustWatch : public testing::Test {
       .until = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now() + 24h)};
   /// For all that follows, which the thread of the watch changes.
   std::mutex lock;
-  std::vector<std::string> said;
+  std::vector<std::string> lines;
   int checks = 0;
   std::optional<std::string> lost = "square-root";
   std::chrono::seconds slept{};
@@ -67,7 +67,7 @@ TEST_F(ATrustWatch, AsksForANewParticipantOnlyWhenThisOneIsOldEnough) {
   EXPECT_GE(Clock::now() - begin, trust.least_age);
   const std::lock_guard guard(lock);
   EXPECT_GT(checks, 1);
-  EXPECT_THAT(said, ElementsAre(HasSubstr("the network to square-root was down")));
+  EXPECT_THAT(lines, ElementsAre(HasSubstr("the network to square-root was down")));
 }
 
 TEST_F(ATrustWatch, ReportsOnceWhatAProcessOfSomebodyElseNeeds) {
@@ -79,7 +79,7 @@ TEST_F(ATrustWatch, ReportsOnceWhatAProcessOfSomebodyElseNeeds) {
     return checks > 3;
   });
   const std::lock_guard guard(lock);
-  EXPECT_THAT(said,
+  EXPECT_THAT(lines,
               ElementsAre(AllOf(HasSubstr("square-root"), HasSubstr("start this process again"))));
 }
 
@@ -102,11 +102,11 @@ TEST_F(ATrustWatch, AsksForANewParticipantOnceTheHostHasSleptLongerThanItsLease)
   await_checks(sleep(100s));
   {
     const std::lock_guard guard(lock);
-    EXPECT_THAT(said, testing::IsEmpty());
+    EXPECT_THAT(lines, testing::IsEmpty());
   }
   await_checks(sleep(101s));
   const std::lock_guard guard(lock);
-  EXPECT_THAT(said, ElementsAre(HasSubstr("the host slept")));
+  EXPECT_THAT(lines, ElementsAre(HasSubstr("the host slept")));
 }
 
 }  // namespace

@@ -125,40 +125,41 @@ class VariableEndpoints : public testing::Test {
   std::vector<VariableRequest> requests;
   std::vector<std::string> ignored;
   endpoints::VariableReplyEndpoint sut{
-      here, context.get_executor(), [this](const VariableRequest& one) { requests.push_back(one); },
+      here, context.get_executor(),
+      [this](const VariableRequest& entry) { requests.push_back(entry); },
       [this](const std::string& line) { ignored.push_back(line); }};
 };
 
 TEST_F(VariableEndpoints, DeliverTheReplyToItsRequesterOnly) {
-  Requester one(there, context);
+  Requester requester(there, context);
   Requester other(there, context);
-  ASSERT_TRUE(until([&] { return one.end.gateways() == 1 && other.end.gateways() == 1; }));
-  const VariableRequest question = question_of(one);
-  ASSERT_TRUE(one.end.publish(question));
+  ASSERT_TRUE(until([&] { return requester.end.gateways() == 1 && other.end.gateways() == 1; }));
+  const VariableRequest question = question_of(requester);
+  ASSERT_TRUE(requester.end.publish(question));
   ASSERT_TRUE(until([&] { return !requests.empty(); }));
   EXPECT_EQ(requests[0], question);
 
   VariableReply reply = some_reply();
   reply.token = question.token;
   ASSERT_TRUE(sut.publish(question.requester, reply));
-  ASSERT_TRUE(until([&] { return !one.replies.empty(); }));
-  EXPECT_EQ(one.replies[0], reply);
+  ASSERT_TRUE(until([&] { return !requester.replies.empty(); }));
+  EXPECT_EQ(requester.replies[0], reply);
 
   ASSERT_TRUE(other.end.publish(question_of(other)));
   ASSERT_TRUE(until([&] { return requests.size() == 2; }));
   ASSERT_TRUE(sut.publish(other.end.id(), some_reply()));
   ASSERT_TRUE(until([&] { return !other.replies.empty(); }));
-  EXPECT_EQ(one.replies.size(), 1U);
+  EXPECT_EQ(requester.replies.size(), 1U);
   EXPECT_EQ(other.replies.size(), 1U);
   EXPECT_EQ(sut.requesters(), 2U);
 }
 
 TEST_F(VariableEndpoints, CarryAMegabyteThatIsRefusedThere) {
-  Requester one(there, context);
-  ASSERT_TRUE(until([&] { return one.end.gateways() == 1; }));
-  VariableRequest question = question_of(one);
+  Requester requester(there, context);
+  ASSERT_TRUE(until([&] { return requester.end.gateways() == 1; }));
+  VariableRequest question = question_of(requester);
   question.names = {std::string(1U << 20U, 'A')};
-  ASSERT_TRUE(one.end.publish(question));
+  ASSERT_TRUE(requester.end.publish(question));
   ASSERT_TRUE(until([&] { return !requests.empty(); }));
   EXPECT_THAT(requests[0].excess, HasSubstr("1048"));
   EXPECT_EQ(requests[0].token, question.token);
@@ -178,8 +179,9 @@ TEST_F(VariableEndpoints, AdmitFewNewRequestersOfAParticipantAndNameIt) {
   question.names = {"the last one"};
   const auto last_is_there = [&] {
     static_cast<void>(flooding.end.publish(question));
-    return std::ranges::any_of(
-        requests, [](const VariableRequest& one) { return one.names.front() == "the last one"; });
+    return std::ranges::any_of(requests, [](const VariableRequest& request) {
+      return request.names.front() == "the last one";
+    });
   };
   ASSERT_TRUE(until([&] { return !ignored.empty(); }));
   EXPECT_LE(requests.size(), endpoints::VariableReplyEndpoint::most_new_of_one);

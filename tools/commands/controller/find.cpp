@@ -60,12 +60,12 @@ std::pair<asio::ip::address_v4, asio::ip::address_v4> addresses_on(const std::st
     throw std::runtime_error("cannot list the network interfaces");
   }
   const std::unique_ptr<ifaddrs, void (*)(ifaddrs*)> owner(all, &::freeifaddrs);
-  for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
-    if (one->ifa_name == interface && one->ifa_addr != nullptr &&
-        one->ifa_addr->sa_family == AF_INET && (one->ifa_flags & IFF_BROADCAST) != 0 &&
-        one->ifa_netmask != nullptr) {
-      const asio::ip::address_v4 ours = address_of(one->ifa_addr);
-      return {ours, asio::ip::network_v4(ours, address_of(one->ifa_netmask)).broadcast()};
+  for (const ifaddrs* network = all; network != nullptr; network = network->ifa_next) {
+    if (network->ifa_name == interface && network->ifa_addr != nullptr &&
+        network->ifa_addr->sa_family == AF_INET && (network->ifa_flags & IFF_BROADCAST) != 0 &&
+        network->ifa_netmask != nullptr) {
+      const asio::ip::address_v4 address = address_of(network->ifa_addr);
+      return {address, asio::ip::network_v4(address, address_of(network->ifa_netmask)).broadcast()};
     }
   }
   throw program::UsageError(
@@ -128,15 +128,15 @@ void show(const std::vector<Found>& all, bool json) {
   using base::text::to_utf8;
   if (json) {
     boost::json::array out;
-    for (const Found& one : all) {
-      out.push_back({{"name", to_utf8(one.identity.name)},
-                     {"address", one.address},
-                     {"net_id", one.identity.net_id.to_string()},
-                     {"twincat", one.identity.twincat},
-                     {"system", one.identity.system},
-                     {"fingerprint", to_utf8(one.identity.fingerprint)},
-                     {"plain_ads", one.plain},
-                     {"secure_ads", one.secure}});
+    for (const Found& found : all) {
+      out.push_back({{"name", to_utf8(found.identity.name)},
+                     {"address", found.address},
+                     {"net_id", found.identity.net_id.to_string()},
+                     {"twincat", found.identity.twincat},
+                     {"system", found.identity.system},
+                     {"fingerprint", to_utf8(found.identity.fingerprint)},
+                     {"plain_ads", found.plain},
+                     {"secure_ads", found.secure}});
     }
     print::print_json(out);
     return;
@@ -150,11 +150,11 @@ void show(const std::vector<Found>& all, bool json) {
                       {"SECURE ADS"},
                       {"FINGERPRINT"}});
   const auto or_dash = [](const std::string& text) { return text.empty() ? "-" : to_utf8(text); };
-  for (const Found& one : all) {
-    table.add({or_dash(one.identity.name), one.address, one.identity.net_id.to_string(),
-               or_dash(one.identity.twincat), or_dash(one.identity.system),
-               one.plain ? "open" : "closed", one.secure ? "open" : "closed",
-               or_dash(one.identity.fingerprint)});
+  for (const Found& found : all) {
+    table.add({or_dash(found.identity.name), found.address, found.identity.net_id.to_string(),
+               or_dash(found.identity.twincat), or_dash(found.identity.system),
+               found.plain ? "open" : "closed", found.secure ? "open" : "closed",
+               or_dash(found.identity.fingerprint)});
   }
   fmt::print("{}", table.text());
 }

@@ -159,9 +159,10 @@ asio::awaitable<config::Machine> machine_of(const ProbeOptions& options,
   const auto executor = co_await asio::this_coro::executor;
   udp::socket socket(executor);
   socket.connect(controller);
-  const std::string ours = usual_net_id(socket.local_endpoint().address());
+  const std::string usual_source = usual_net_id(socket.local_endpoint().address());
   // A virtual CNC on this host has this one; then the default of the configuration.
-  const std::string usual = ours == machine.net_id() ? machine.source_net_id() : ours;
+  const std::string usual =
+      usual_source == machine.net_id() ? machine.source_net_id() : usual_source;
   machine.set_source_net_id(options.net_id.empty() ? usual : options.net_id);
   if (!options.psk.empty()) {
     config::SecurePsk& psk = *machine.mutable_secure()->mutable_psk();
@@ -258,9 +259,10 @@ void show(const ProbeOptions& options, const Report& report) {
   using base::text::to_utf8;
   if (options.json) {
     boost::json::array answers;
-    for (const Answer& one : report.answers) {
-      answers.push_back(
-          {{"what", one.what}, {"state", word_of(one.verdict)}, {"answer", to_utf8(one.answer)}});
+    for (const Answer& answer : report.answers) {
+      answers.push_back({{"what", answer.what},
+                         {"state", word_of(answer.verdict)},
+                         {"answer", to_utf8(answer.answer)}});
     }
     print::print_json(boost::json::object{{"host", options.host},
                                           {"ready", report.ready()},
@@ -270,8 +272,8 @@ void show(const ProbeOptions& options, const Report& report) {
     return;
   }
   print::Table table({{"STATE"}, {"WHAT"}, {"ANSWER"}});
-  for (const Answer& one : report.answers) {
-    table.add({std::string(word_of(one.verdict)), one.what, to_utf8(one.answer)});
+  for (const Answer& answer : report.answers) {
+    table.add({std::string(word_of(answer.verdict)), answer.what, to_utf8(answer.answer)});
   }
   fmt::print("{}\n{}\n\n{}", table.text(),
              report.ready() ? "A gateway can serve it. In gateway.textproto:"

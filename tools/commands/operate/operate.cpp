@@ -67,13 +67,13 @@ Answers send_to_each(const fabric::profile::FabricFlags& fabric, std::chrono::na
     commands.back().instance = instance.id;
   }
   fabric::dds::Participant participant(fabric.options());
-  const auto heard =
+  const auto outcomes =
       bus::issue(participant, commands, std::chrono::ceil<std::chrono::milliseconds>(patience),
                  fabric::profile::given_flags(fabric));
   Answers answers;
   for (const fabric::Command& command : commands) {
-    const auto word = heard.find(command.id);
-    answers.push_back(word == heard.end() ? std::nullopt : std::optional(word->second));
+    const auto word = outcomes.find(command.id);
+    answers.push_back(word == outcomes.end() ? std::nullopt : std::optional(word->second));
   }
   return answers;
 }
@@ -167,10 +167,10 @@ int tell_gateway(const OperateOptions& options, const fabric::ChannelKey& key,
   command.key = key;
   command.call = channel->second.call;
   fabric::dds::Participant participant(options.fabric.options());
-  const auto heard = bus::issue(participant, {command}, patience_of(options),
-                                fabric::profile::given_flags(options.fabric));
-  const auto word = heard.find(command.id);
-  if (word == heard.end()) {
+  const auto outcomes = bus::issue(participant, {command}, patience_of(options),
+                                   fabric::profile::given_flags(options.fabric));
+  const auto word = outcomes.find(command.id);
+  if (word == outcomes.end()) {
     fmt::print(stderr, "millrace: the gateway of {} does not respond\n", key.to_string());
     return program::exit_failed;
   }

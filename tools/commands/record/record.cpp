@@ -375,9 +375,9 @@ void RecordRun::report_condition() {
   told_ = std::move(kinds);
 }
 
-void RecordRun::note(const tl::expected<void, std::string>& told) {
-  if (!told && !std::exchange(said_untold_, true)) {
-    fmt::print(stderr, "millrace: the recorder cannot publish its alarms: {}\n", told.error());
+void RecordRun::note(const tl::expected<void, std::string>& published) {
+  if (!published && !std::exchange(said_untold_, true)) {
+    fmt::print(stderr, "millrace: the recorder cannot publish its alarms: {}\n", published.error());
   }
 }
 

@@ -60,7 +60,7 @@ class RecordRun : public fabric::observer::ObserverListener {
 
   /// Publishes its condition once a second.
   void report_condition();
-  void note(const tl::expected<void, std::string>& told);
+  void note(const tl::expected<void, std::string>& published);
   void keep(const recorder::Recorder::Result& result);
 
   static constexpr std::chrono::seconds discovery_time{10};

@@ -180,8 +180,8 @@ class Controller final : public Source {
     std::vector<tl::expected<Reading, Failure>> all;
     all.reserve(names.size());
     for (const std::string& name : names) {
-      all.push_back(run(read_one(channel_, name)).map([](TypedReading&& one) {
-        return std::move(one.reading);
+      all.push_back(run(read_one(channel_, name)).map([](TypedReading&& reading) {
+        return std::move(reading.reading);
       }));
     }
     return all;

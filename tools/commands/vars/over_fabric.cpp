@@ -33,14 +33,14 @@ std::vector<Element> elements_of(const fabric::Value& value) {
   std::vector<Element> elements;
   std::visit(
       [&](const auto& all) {
-        for (const auto& one : all) {
-          elements.emplace_back(one);
+        for (const auto& entry : all) {
+          elements.emplace_back(entry);
         }
       },
       value.elements);
   if (value.type == fabric::ValueType::boolean) {
-    for (Element& one : elements) {
-      one = std::get<std::int64_t>(one) != 0;
+    for (Element& element : elements) {
+      element = std::get<std::int64_t>(element) != 0;
     }
   }
   return elements;
@@ -57,9 +57,9 @@ Failure failure_of(const VariableResult& result) {
 
 /// The first of the controller's errors, for the advice.
 cnc::ads::ErrorCode error_in(const fabric::VariableReply& reply) {
-  for (const VariableResult& one : reply.results) {
-    if (one.error != 0) {
-      return static_cast<cnc::ads::ErrorCode>(one.error);
+  for (const VariableResult& result : reply.results) {
+    if (result.error != 0) {
+      return static_cast<cnc::ads::ErrorCode>(result.error);
     }
   }
   return cnc::ads::ErrorCode::none;
@@ -82,8 +82,8 @@ class Gateway final : public Source {
       if (!page) {
         return tl::unexpected(page.error());
       }
-      for (const VariableResult& one : page->results) {
-        all.push_back(description_of(one));
+      for (const VariableResult& result : page->results) {
+        all.push_back(description_of(result));
       }
       if (page->results.empty() || all.size() >= page->total) {
         return all;
@@ -101,11 +101,11 @@ class Gateway final : public Source {
         all.emplace_back(tl::unexpected(reply.error()));
         return all;
       }
-      for (const VariableResult& one : reply->results) {
-        if (one.value.quality == fabric::Quality::good) {
-          all.emplace_back(reading_of(one, one.value));
+      for (const VariableResult& result : reply->results) {
+        if (result.value.quality == fabric::Quality::good) {
+          all.emplace_back(reading_of(result, result.value));
         } else {
-          all.emplace_back(tl::unexpected(failure_of(one)));
+          all.emplace_back(tl::unexpected(failure_of(result)));
         }
       }
     }

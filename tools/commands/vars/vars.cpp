@@ -74,8 +74,8 @@ void print_failure(const VarsOptions& options, const Failure& failure) {
 
 tl::expected<std::vector<std::string>, Failure> controller_texts(const NewValue& value) {
   std::vector<std::string> texts;
-  for (const std::string& one : value.values) {
-    auto text = base::text::to_cp1252(one);
+  for (const std::string& element : value.values) {
+    auto text = base::text::to_cp1252(element);
     if (!text) {
       return tl::unexpected(
           Failure{fmt::format("{} is not written: the value cannot be sent to a controller: {}",

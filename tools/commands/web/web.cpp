@@ -89,8 +89,8 @@ tools::web::plant::NormalStates normal_states_of(const std::vector<std::string>&
     const std::size_t equals = text.find('=');
     std::set<std::uint32_t>& states = normal.more[fabric::canonical_uuid(text.substr(0, equals))];
     std::istringstream list(equals == std::string::npos ? "" : text.substr(equals + 1));
-    for (std::string one; std::getline(list, one, ',');) {
-      const auto state = base::text::parse_number<std::uint32_t>(one);
+    for (std::string address; std::getline(list, address, ',');) {
+      const auto state = base::text::parse_number<std::uint32_t>(address);
       if (!state) {
         states.clear();
         break;

@@ -26,18 +26,18 @@ struct Company {
 };
 
 Company company_of(const Findings& found) {
-  Company company;
+  Company peers;
   for (const Program& program : found.programs) {
     if (program.self) {
       continue;
     }
     if (program.fabrics.contains(found.joining.fabric)) {
-      company.ours.push_back(&program);
+      peers.ours.push_back(&program);
     } else {
-      company.other_fabrics.insert(program.fabrics.begin(), program.fabrics.end());
+      peers.other_fabrics.insert(program.fabrics.begin(), program.fabrics.end());
     }
   }
-  return company;
+  return peers;
 }
 
 Message counted(std::size_t programs, std::size_t hosts) {
@@ -56,16 +56,16 @@ std::string ip_of(const std::string& addresses) {
 }
 
 /// By name, or by address where another vendor's process has no name.
-std::set<std::string> hosts_of(const Company& company) {
+std::set<std::string> hosts_of(const Company& peers) {
   std::set<std::string> hosts;
   std::set<std::string> known;
-  for (const Program* program : company.ours) {
+  for (const Program* program : peers.ours) {
     if (!program->host.empty()) {
       hosts.insert(program->host);
       known.insert(ip_of(program->addresses));
     }
   }
-  for (const Program* program : company.ours) {
+  for (const Program* program : peers.ours) {
     const std::string ip = ip_of(program->addresses);
     if (program->host.empty() && !ip.empty() && !known.contains(ip)) {
       hosts.insert(ip);
@@ -78,9 +78,9 @@ std::set<std::string> hosts_of(const Company& company) {
 }
 
 /// Participants that exist but send nothing.
-void for_the_silent(const Findings& found, const Company& company, Report& report) {
+void for_the_silent(const Findings& found, const Company& peers, Report& report) {
   const std::vector<fabric::plant::LostMachine> all_lost = lost_machines(found);
-  for (const Program* program : company.ours) {
+  for (const Program* program : peers.ours) {
     const bool is_told = std::ranges::any_of(all_lost, [&](const fabric::plant::LostMachine& lost) {
       return lost.last.host == program->host && std::to_string(lost.last.pid) == program->pid;
     });
@@ -91,31 +91,31 @@ void for_the_silent(const Findings& found, const Company& company, Report& repor
   }
 }
 
-Message with_other_fabrics(const Message& advice, const Company& company) {
-  return company.other_fabrics.empty()
+Message with_other_fabrics(const Message& advice, const Company& peers) {
+  return peers.other_fabrics.empty()
              ? advice
-             : messages::with_other_fabrics(advice, list_of(company.other_fabrics));
+             : messages::with_other_fabrics(advice, list_of(peers.other_fabrics));
 }
 
 }  // namespace
 
 void gateways_and_services(const Findings& found, Report& report) {
-  const Company company = company_of(found);
-  if (company.ours.empty()) {
-    for_the_others(found, company.other_fabrics, report);
+  const Company peers = company_of(found);
+  if (peers.ours.empty()) {
+    for_the_others(found, peers.other_fabrics, report);
     return;
   }
-  report.fine(counted(company.ours.size(), hosts_of(company).size()));
-  for_the_silent(found, company, report);
-  if (std::ranges::none_of(company.ours, [&](const Program* program) {
+  report.fine(counted(peers.ours.size(), hosts_of(peers).size()));
+  for_the_silent(found, peers, report);
+  if (std::ranges::none_of(peers.ours, [&](const Program* program) {
         return program->is_gateway && is_heard(found, *program);
       })) {
     report.problem(messages::no_gateway_here(),
-                   with_other_fabrics(messages::start_gateway_here(), company));
+                   with_other_fabrics(messages::start_gateway_here(), peers));
   }
   if (found.live.instances().empty()) {
     report.problem(messages::no_service_here(),
-                   with_other_fabrics(messages::start_service_here(), company));
+                   with_other_fabrics(messages::start_service_here(), peers));
   }
   for_half_deaf(found, report);
 }
@@ -123,18 +123,18 @@ void gateways_and_services(const Findings& found, Report& report) {
 namespace {
 
 void at_other_domains(const Findings& found, Report& report) {
-  std::map<std::uint32_t, std::set<std::string>> heard;
-  for (const ReceivedAnnouncement& each : found.heard) {
+  std::map<std::uint32_t, std::set<std::string>> announced;
+  for (const ReceivedAnnouncement& each : found.announcements) {
     if (each.domain != found.joining.domain) {
-      heard[each.domain].insert(messages::at_address(program_text(each.who), each.from).text);
+      announced[each.domain].insert(messages::at_address(program_text(each.who), each.from).text);
     }
   }
-  for (const auto& [domain, programs] : heard) {
+  for (const auto& [domain, programs] : announced) {
     report.problem(messages::domain_has_processes(domain, list_of(programs)),
                    messages::join_other_domain(domain, domain));
   }
   for (const std::uint32_t domain : found.domains_here) {
-    if (domain != found.joining.domain && !heard.contains(domain)) {
+    if (domain != found.joining.domain && !announced.contains(domain)) {
       report.warning(messages::domain_used_here(domain), messages::try_other_domain(domain));
     }
   }
@@ -165,15 +165,15 @@ void blame_the_network(const Findings& found, Report& report) {
 /// Why an announced participant and this process reject each other; false if trust does not explain
 /// it.
 bool blame_trust(const Findings& found, const ReceivedAnnouncement& each, Report& report) {
-  const bool ours = !found.joining.trusted_as.empty();
+  const bool trusted = !found.joining.trusted_as.empty();
   const Message who = messages::at_address(program_text(each.who), each.from);
   const Message certificate = each.who.certificate.empty()
                                   ? messages::a_certificate()
                                   : messages::certificate_of_authority(safe(each.who.certificate),
                                                                        safe(each.who.authority));
-  if (ours && !each.who.shows_certificate) {
+  if (trusted && !each.who.shows_certificate) {
     report.warning(messages::has_no_certificate(who), messages::name_its_folder());
-  } else if (ours) {
+  } else if (trusted) {
     report.problem(messages::certificate_not_accepted(who, certificate),
                    messages::why_not_accepted());
   } else if (each.who.shows_certificate) {
@@ -193,7 +193,7 @@ void for_half_deaf(const Findings& found, Report& report) {
   const auto needs_trust = [&](const ReceivedAnnouncement& each) {
     return trusted || each.who.shows_certificate;
   };
-  for (const ReceivedAnnouncement& each : found.heard) {
+  for (const ReceivedAnnouncement& each : found.announcements) {
     // Cyclone shows participants that reject this process or that it rejects, but none of their
     // endpoints.
     const bool known = std::ranges::any_of(found.programs, [&](const Program& program) {

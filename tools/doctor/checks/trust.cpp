@@ -52,7 +52,7 @@ void at_trust(const Findings& found, Report& report) {
                   : messages::revoked_participants(as_of, list_of(found.joining.revoked)));
   // A participant whose endpoints discovery shows here has proved its certificate.
   std::set<std::string> believed;
-  for (const ReceivedAnnouncement& each : found.heard) {
+  for (const ReceivedAnnouncement& each : found.announcements) {
     const auto program = std::ranges::find(found.programs, each.who.prefix, &Program::prefix);
     if (program != found.programs.end() && !program->self && !program->fabrics.empty() &&
         each.who.shows_certificate) {

@@ -369,13 +369,13 @@ http::Outcome UserActions::act(const std::string& what, const http::Request& req
 /// It changes nothing in the plant, so each logged-in user may do it.
 http::Response UserActions::acknowledge(const std::string& user, const http::Request& request,
                                         const fabric::Moment& now) {
-  auto said = acknowledgement_of(request.body);
-  if (!said) {
-    return http::error_response(400, said.error());
+  auto acknowledgement = acknowledgement_of(request.body);
+  if (!acknowledgement) {
+    return http::error_response(400, acknowledgement.error());
   }
-  said->by = user;
-  acknowledge_(*said, now);
-  log_->info("{}: acknowledged {}", user, base::text::safe(said->name));
+  acknowledgement->by = user;
+  acknowledge_(*acknowledgement, now);
+  log_->info("{}: acknowledged {}", user, base::text::safe(acknowledgement->name));
   return http::json_response(boost::json::object{{"done", true}, {"detail", ""}});
 }
 
@@ -463,14 +463,14 @@ tl::expected<ServiceCall, std::string> service_call_of(std::string_view body) {
   const auto channel = number("channel", call.channel, std::numeric_limits<std::uint16_t>::max());
   const auto patience =
       number("timeout_ms", static_cast<std::uint32_t>(call.patience.count()), longest_ms);
-  for (const auto* const one : {&uuid, &text, &machine}) {
-    if (!*one) {
-      return wrong(one->error());
+  for (const auto* const field : {&uuid, &text, &machine}) {
+    if (!*field) {
+      return wrong(field->error());
     }
   }
-  for (const auto* const one : {&state, &channel, &patience}) {
-    if (!*one) {
-      return wrong(one->error());
+  for (const auto* const field : {&state, &channel, &patience}) {
+    if (!*field) {
+      return wrong(field->error());
     }
   }
   call.uuid = base::text::to_cp1252(*uuid).value_or(*uuid);

@@ -80,18 +80,18 @@ tl::expected<AcknowledgementFile::List, std::string> acknowledgements_in(std::st
     if (object == nullptr) {
       return tl::unexpected(fmt::format("entry {} is not an object", found.size()));
     }
-    plant::Acknowledgement one{.cause = text_of(*object, "cause"),
-                               .name = text_of(*object, "name"),
-                               .since = text_of(*object, "since"),
-                               .by = text_of(*object, "by"),
-                               .note = text_of(*object, "note")};
-    one.name.code = text_of(*object, "name_code");
-    one.name.arguments = arguments_in(*object, "name_arguments");
+    plant::Acknowledgement acknowledgement{.cause = text_of(*object, "cause"),
+                                           .name = text_of(*object, "name"),
+                                           .since = text_of(*object, "since"),
+                                           .by = text_of(*object, "by"),
+                                           .note = text_of(*object, "note")};
+    acknowledgement.name.code = text_of(*object, "name_code");
+    acknowledgement.name.arguments = arguments_in(*object, "name_arguments");
     const auto at = base::text::parse_time(text_of(*object, "time"), {});
-    if (one.cause.empty() || one.by.empty() || !at) {
+    if (acknowledgement.cause.empty() || acknowledgement.by.empty() || !at) {
       return tl::unexpected(fmt::format("entry {} has no cause, user or time", found.size()));
     }
-    found.emplace_back(std::move(one), *at);
+    found.emplace_back(std::move(acknowledgement), *at);
   }
   return found;
 }

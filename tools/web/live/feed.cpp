@@ -41,7 +41,7 @@ Feed::Text Feed::take() {
 }
 
 void Feeds::forget_ended() {
-  feeds_.remove_if([](const OfPeer& one) { return one.feed.expired(); });
+  feeds_.remove_if([](const OfPeer& feed) { return feed.feed.expired(); });
 }
 
 std::size_t Feeds::count_of(const std::string& peer) const {
@@ -50,7 +50,7 @@ std::size_t Feeds::count_of(const std::string& peer) const {
 
 bool Feeds::make_room_for(const std::string& peer) {
   const auto greedy = std::ranges::max_element(
-      feeds_, {}, [this](const OfPeer& one) { return count_of(one.peer); });
+      feeds_, {}, [this](const OfPeer& feed) { return count_of(feed.peer); });
   if (greedy == feeds_.end() || count_of(greedy->peer) < count_of(peer) + 2) {
     return false;
   }
@@ -77,8 +77,8 @@ std::shared_ptr<Feed> Feeds::open(const std::string& peer) {
 void Feeds::publish(std::string text) {
   forget_ended();
   const auto shared = std::make_shared<const std::string>(std::move(text));
-  for (const OfPeer& one : feeds_) {
-    if (const auto open = one.feed.lock()) {
+  for (const OfPeer& feed : feeds_) {
+    if (const auto open = feed.feed.lock()) {
       open->add(shared);
     }
   }

@@ -70,8 +70,8 @@ std::string field(const Message& message, std::string_view name) {
 std::string hosts(const Message& message) {
   const auto [first, last] = message.equal_range("Host");
   std::string all;
-  for (auto one = first; one != last; ++one) {
-    all.append(all.empty() ? "" : ", ").append(one->value().data(), one->value().size());
+  for (auto event = first; event != last; ++event) {
+    all.append(all.empty() ? "" : ", ").append(event->value().data(), event->value().size());
   }
   return all;
 }

@@ -123,10 +123,11 @@ void Server::Impl::admit(tcp::socket socket) {
 bool Server::Impl::make_room() {
   std::vector<std::shared_ptr<Connection>> idle;
   std::ranges::copy_if(connections, std::back_inserter(idle),
-                       [](const auto& one) { return one->idle_since().has_value(); });
-  std::ranges::stable_sort(idle, {}, [](const auto& one) { return one->idle_since(); });
-  const auto given_up =
-      base::loop::most_dispensable(idle, [](const Connection& one) { return one.peer(); });
+                       [](const auto& connection) { return connection->idle_since().has_value(); });
+  std::ranges::stable_sort(idle, {},
+                           [](const auto& connection) { return connection->idle_since(); });
+  const auto given_up = base::loop::most_dispensable(
+      idle, [](const Connection& connection) { return connection.peer(); });
   if (given_up == nullptr) {
     return false;
   }

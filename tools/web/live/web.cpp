@@ -232,12 +232,13 @@ std::optional<actions::UserActions> Web::make_user_actions() {
               [this](const std::vector<std::string>& machines, const std::string& user,
                      const fabric::Moment& at) { return plant.forget(machines, user, at.wall); }},
       [this](const fabric::Command& command) { return issue(command); },
-      [this](plant::Acknowledgement said, const fabric::Moment& at) {
+      [this](plant::Acknowledgement acknowledgement, const fabric::Moment& at) {
         // The page has named it in the language of its user.
-        if (fabric::Message subject = plant.subject_of(said.cause, at); !subject.empty()) {
-          said.name = std::move(subject);
+        if (fabric::Message subject = plant.subject_of(acknowledgement.cause, at);
+            !subject.empty()) {
+          acknowledgement.name = std::move(subject);
         }
-        plant.acknowledge(std::move(said), at.wall);
+        plant.acknowledge(std::move(acknowledgement), at.wall);
         if (acknowledgements) {
           acknowledgements->store(plant.acknowledged());
         }
@@ -257,9 +258,10 @@ void Web::load_acknowledgements() {
 
 /// In the operators' thread: threads may share a DDS participant.
 std::optional<fabric::Outcome> Web::issue(const fabric::Command& command) {
-  const auto heard = bus::issue(participant, {command}, patience_for_a_word, options.joining.flags);
-  const auto word = heard.find(command.id);
-  return word == heard.end() ? std::nullopt : std::optional(word->second.outcome);
+  const auto outcomes =
+      bus::issue(participant, {command}, patience_for_a_word, options.joining.flags);
+  const auto word = outcomes.find(command.id);
+  return word == outcomes.end() ? std::nullopt : std::optional(word->second.outcome);
 }
 
 /// In one of the threads for calls; likewise. It acts as no machine of the plant: that would

@@ -151,7 +151,7 @@ void put_alarms(Families& families, const fabric::plant::Plant& live) {
                                  "1 for each alarm of a process: a problem, a warning, or the "
                                  "statement that it runs well.");
   std::size_t shown = 0;
-  std::set<Labels> told;
+  std::set<Labels> published;
   for (const auto& [key, alarm] : live.alarms()) {
     Labels labels{{"program", alarm.program},
                   {"host", alarm.host},
@@ -159,7 +159,7 @@ void put_alarms(Families& families, const fabric::plant::Plant& live) {
                   {"subject", key.subject},
                   {"level", std::string(name_of(alarm.level))}};
     // Two processes of one name on one host may report the same.
-    if (shown < most_alarms && told.insert(labels).second) {
+    if (shown < most_alarms && published.insert(labels).second) {
       ++shown;
       alarms.add(labels, 1);
     }

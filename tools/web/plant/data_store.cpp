@@ -28,10 +28,10 @@ constexpr std::size_t fewest_changes_of_one = 2;
 constexpr std::size_t longest_change = 200;
 
 /// A sample's own time is untrusted.
-fabric::Time plausible(fabric::Time said, fabric::Time received) {
+fabric::Time plausible(fabric::Time claimed, fabric::Time received) {
   constexpr std::chrono::hours most{24};
-  const bool is = said > received - most && said < received + most;
-  return is ? said : received;
+  const bool is = claimed > received - most && claimed < received + most;
+  return is ? claimed : received;
 }
 
 std::size_t bytes_of(const Value& value) {
@@ -116,10 +116,10 @@ void DataStore::add(const DataSample& sample, fabric::Time received) {
   group->is_gone = group->is_silent = false;
   group->received = received;
   group->last = sample;
-  const fabric::Time told = plausible(sample.at, received);
+  const fabric::Time at = plausible(sample.at, received);
   for (const Value& value : sample.values) {
     add(group->variables.at(value.name), value,
-        value.quality == Quality::good ? plausible(value.at, told) : told);
+        value.quality == Quality::good ? plausible(value.at, at) : at);
   }
 }
 

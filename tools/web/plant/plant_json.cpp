@@ -196,10 +196,10 @@ boost::json::array PlantModel::machines() const {
 boost::json::object PlantModel::machine_json(const fabric::MachineStatus& status) const {
   boost::json::object machine;
   print::put_fields(machine, status);
-  if (const fabric::MachineStatus* told = live_.last_sample(status); status.gone && told) {
-    machine["last_gateway_host"] = print::utf8(told->host);
-    machine["last_gateway_pid"] = told->pid;
-    machine["last_gateway_journal"] = fabric::name_of(told->journal);
+  if (const fabric::MachineStatus* last = live_.last_sample(status); status.gone && last) {
+    machine["last_gateway_host"] = print::utf8(last->host);
+    machine["last_gateway_pid"] = last->pid;
+    machine["last_gateway_journal"] = fabric::name_of(last->journal);
   }
   return machine;
 }

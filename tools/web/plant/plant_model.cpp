@@ -36,9 +36,9 @@ const EndedCall* PlantModel::add(const recording::Entry& entry, const fabric::Mo
     channels_changed_.insert(event->key);
     return nullptr;
   }
-  if (const auto* said = std::get_if<recording::AlarmNews>(&entry.sample)) {
+  if (const auto* news = std::get_if<recording::AlarmNews>(&entry.sample)) {
     live_.add(entry);
-    mark_all_of_gateway(said->alarm.key.responder);
+    mark_all_of_gateway(news->alarm.key.responder);
     return nullptr;
   }
   const auto* const machine = std::get_if<fabric::MachineStatus>(&entry.sample);

@@ -34,14 +34,14 @@ void ProgramStore::add(const ProgramEvent& event, fabric::Time received) {
   }
   Run& run = run_of(channel, event);
   // Fields that an event leaves out keep their values.
-  ProgramEvent told = event;
-  if (told.program.empty()) {
-    told.program = run.event.program;
+  ProgramEvent stored = event;
+  if (stored.program.empty()) {
+    stored.program = run.event.program;
   }
-  if (!told.parts) {
-    told.parts = run.event.parts;
+  if (!stored.parts) {
+    stored.parts = run.event.parts;
   }
-  run.event = std::move(told);
+  run.event = std::move(stored);
   run.is_unknown = false;
   if (is_end(event.kind)) {
     run.ended = event.at;

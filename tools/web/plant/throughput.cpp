@@ -46,14 +46,14 @@ Figures Throughput::figures(fabric::SteadyTime now, fabric::SteadyTime begun) co
       std::ranges::count_if(errors_, [&](fabric::SteadyTime at) { return at >= now - minute; }));
   std::chrono::nanoseconds sum{};
   std::vector<std::chrono::nanoseconds> durations;
-  for (const One& one : recent_) {
-    if (one.at < now - window_) {
+  for (const One& call : recent_) {
+    if (call.at < now - window_) {
       continue;
     }
     ++calls;
-    if (one.duration) {
-      durations.push_back(*one.duration);
-      sum += *one.duration;
+    if (call.duration) {
+      durations.push_back(*call.duration);
+      sum += *call.duration;
     }
   }
   if (calls == 0) {

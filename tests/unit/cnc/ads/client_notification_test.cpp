@@ -81,9 +81,9 @@ TEST_F(ClientNotification, SubscribesOneByOneWhereTheControllerHasNoSumCommands)
   EXPECT_EQ(header_of(sum).command, Command::read_write);
   send(peer, response_to(sum, encode_data(tl::make_unexpected(ErrorCode::invalid_group))));
   for (const std::uint32_t handle : {7U, 8U}) {
-    const Bytes one = *receive(peer);
-    EXPECT_EQ(header_of(one).command, Command::add_notification);
-    send(peer, response_to(one, encode_handle(handle)));
+    const Bytes bytes = *receive(peer);
+    EXPECT_EQ(header_of(bytes).command, Command::add_notification);
+    send(peer, response_to(bytes, encode_handle(handle)));
   }
   EXPECT_THAT(finish(later), ElementsAre(Result<std::uint32_t>(7), Result<std::uint32_t>(8)));
 }

@@ -52,9 +52,9 @@ TEST(FrameReader, WaitsForTheLastByte) {
 TEST(FrameReader, HandsOutAHundredFramesOfOneSegment) {
   FrameReader sut(max_frame);
   Bytes segment;
-  const auto one = frame_vector("read_request");
+  const auto frame = frame_vector("read_request");
   for (int i = 0; i < 100; ++i) {
-    segment.insert(segment.end(), one.begin(), one.end());
+    segment.insert(segment.end(), frame.begin(), frame.end());
   }
   sut.feed(segment);
   int count = 0;

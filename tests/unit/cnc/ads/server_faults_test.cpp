@@ -42,8 +42,8 @@ class ServerFaults : public testing::Test {
     EXPECT_TRUE(connected) << connected.error().message.text;
     return *client;
   }
-  LinkError failure(Client& one) {
-    const auto connected = wait_for(io, one.connect());
+  LinkError failure(Client& tried) {
+    const auto connected = wait_for(io, tried.connect());
     return connected ? LinkError{ErrorCode::none, "connected"} : connected.error();
   }
   Data read() { return wait_for(io, client->read(552, {1, 1}, 4)); }

@@ -56,8 +56,8 @@ TEST_F(ServerTest, ExecutesEachOfAHundredRequestsInOneSegmentOnce) {
   auto peer = connect();
   Bytes segment;
   for (int i = 0; i < 100; ++i) {
-    const auto one = vector("read_request");
-    segment.insert(segment.end(), one.begin(), one.end());
+    const auto request = vector("read_request");
+    segment.insert(segment.end(), request.begin(), request.end());
   }
   send(peer, segment);
   for (int i = 0; i < 100; ++i) {

@@ -135,8 +135,8 @@ TEST_F(SymbolsTest, UploadsAllSymbolsAndTheirTypes) {
   EXPECT_EQ(*read(symbol::upload, 0xFFFFFFFF), vector("upload"));
   Bytes types;
   for (const char* const type : {"array_type", "base_type", "text_type", "structure"}) {
-    const Bytes one = vector(type);
-    types.insert(types.end(), one.begin(), one.end());
+    const Bytes bytes = vector(type);
+    types.insert(types.end(), bytes.begin(), bytes.end());
   }
   EXPECT_EQ(*read(symbol::type_upload, 0xFFFFFFFF), types);
 }

@@ -22,9 +22,9 @@ class ProbeTest : public ControllerFixture {
   Answer answer_about(const std::string& what) {
     const auto found = wait_for(probe(*client, "CH[{channel}].{variable}"));
     channels = found.channels;
-    for (const Answer& one : found.answers) {
-      if (one.what == what) {
-        return one;
+    for (const Answer& answer : found.answers) {
+      if (answer.what == what) {
+        return answer;
       }
     }
     return {"", "nothing was said of it"};

@@ -81,8 +81,8 @@ class AReading : public testing::Test {
   }
   std::vector<ads::Result<Bytes>> read(const std::vector<Readings::Known>& known) {
     std::vector<Reading> readings;
-    for (const auto& one : known) {
-      readings.push_back(one.value());
+    for (const auto& reading : known) {
+      readings.push_back(reading.value());
     }
     return tests::wait_for(io, sut->read(readings));
   }

@@ -26,8 +26,8 @@ template <typename Wanted>
 std::vector<Wanted> all(const Actions& actions) {
   std::vector<Wanted> found;
   for (const Action& action : actions) {
-    if (const auto* one = std::get_if<Wanted>(&action)) {
-      found.push_back(*one);
+    if (const auto* action_wanted = std::get_if<Wanted>(&action)) {
+      found.push_back(*action_wanted);
     }
   }
   return found;

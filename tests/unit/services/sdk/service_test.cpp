@@ -358,11 +358,11 @@ TEST(AServiceProgram, PrintsItsOwnVersionAndThatOfMillrace) {
 class SharedParticipantTest : public ServiceTest {
  protected:
   ServiceOptions hosted(const std::string& name, const std::string& of = uuid) {
-    ServiceOptions one = options();
-    one.uuid = of;
-    one.name = name;
-    one.participant = sut;
-    return one;
+    ServiceOptions entry = options();
+    entry.uuid = of;
+    entry.name = name;
+    entry.participant = sut;
+    return entry;
   }
   [[nodiscard]] std::size_t participants() const {
     return static_cast<std::size_t>(dds_lookup_participant(domain.number(), nullptr, 0));
@@ -400,8 +400,8 @@ TEST_F(SharedParticipantTest, KeepsTheOthersWhenOneServiceLeaves) {
 }
 
 TEST_F(SharedParticipantTest, IsNotMissedWhileItsLoopHasOtherWork) {
-  const Service one(hosted("one"), echo, base::program::no_log());
-  ASSERT_TRUE(until_ready(one));
+  const Service service(hosted("one"), echo, base::program::no_log());
+  ASSERT_TRUE(until_ready(service));
   Latch latch;
   boost::asio::post(sut->loop(), [&latch] { latch.pass(); });
   boost::asio::steady_timer busy(context, 3 * participant.options().lease);
@@ -410,13 +410,13 @@ TEST_F(SharedParticipantTest, IsNotMissedWhileItsLoopHasOtherWork) {
   ASSERT_TRUE(until([&over] { return over; }));
   EXPECT_EQ(gateway.gone, 0U);
   latch.open();
-  call(request(one, 1));
-  EXPECT_EQ(next_reply().call, request(one, 1).call);
+  call(request(service, 1));
+  EXPECT_EQ(next_reply().call, request(service, 1).call);
 }
 
 TEST_F(SharedParticipantTest, IsMissedOnceItsLoopIsStuck) {
-  const Service one(hosted("one"), echo, base::program::no_log());
-  ASSERT_TRUE(until_ready(one));
+  const Service service(hosted("one"), echo, base::program::no_log());
+  ASSERT_TRUE(until_ready(service));
   Latch latch;
   boost::asio::post(sut->loop(), [&latch] { latch.pass(); });
   EXPECT_TRUE(until([&] { return gateway.gone == 1; }));
@@ -440,33 +440,33 @@ TEST_F(AnIdleProcess, SendsAHeartbeatSoonAfterARequest) {
   ServiceOptions hosted = options();
   hosted.participant = sut;
   Latch latch;
-  const Service one(
+  const Service service(
       hosted,
       [&latch](const Call& call) {
         latch.pass();
         return echo(call);
       },
       base::program::no_log());
-  ASSERT_TRUE(until_ready(one));
+  ASSERT_TRUE(until_ready(service));
   // The first second counts as busy; a heartbeat in it is followed by another one after a second.
   ASSERT_TRUE(until([&] { return !heard.empty() && heard.back().at - started > 1500ms; }));
   const fabric::Time asked = std::chrono::system_clock::now();
-  call(request(one, 1));
+  call(request(service, 1));
   const auto lists_a_call = [](const fabric::Heartbeat& heartbeat) {
     return !heartbeat.loads.empty() && !heartbeat.loads.front().calls.empty();
   };
   ASSERT_TRUE(until([&] { return lists_a_call(heard.back()); }));
   EXPECT_LT(heard.back().at - asked, 2s) << "one a second with calls, one in three seconds without";
   latch.open();
-  EXPECT_EQ(next_reply().call, request(one, 1).call);
+  EXPECT_EQ(next_reply().call, request(service, 1).call);
 }
 
 TEST_F(SharedParticipantTest, MayBeReleasedBeforeItsServices) {
-  const Service one(hosted("one"), echo, base::program::no_log());
+  const Service service(hosted("one"), echo, base::program::no_log());
   sut.reset();
-  ASSERT_TRUE(until_ready(one));
-  call(request(one, 1));
-  EXPECT_EQ(next_reply().call, request(one, 1).call);
+  ASSERT_TRUE(until_ready(service));
+  call(request(service, 1));
+  EXPECT_EQ(next_reply().call, request(service, 1).call);
 }
 
 }  // namespace

@@ -42,11 +42,11 @@ Moment at(std::chrono::milliseconds offset) {
 
 fabric::InstanceIdentity instance(std::uint8_t number,
                                   std::vector<fabric::ChannelScope> channels = {}) {
-  fabric::InstanceIdentity one;
-  one.id.bytes.fill(number);
-  one.uuid = wanted_uuid;
-  one.channels = std::move(channels);
-  return one;
+  fabric::InstanceIdentity identity;
+  identity.id.bytes.fill(number);
+  identity.uuid = wanted_uuid;
+  identity.channels = std::move(channels);
+  return identity;
 }
 
 Order order(std::uint16_t channel) {

@@ -73,7 +73,7 @@ class TheDoctor : public testing::Test {
   void add_alarm(const fabric::Alarm& alarm) { add(fabric::observer::AlarmNews{.alarm = alarm}); }
 
   void hear(std::uint8_t byte, std::uint32_t domain) {
-    found.heard.push_back(
+    found.announcements.push_back(
         {{.prefix = prefix(byte), .name = "sq1", .host = "hall"}, domain, "10.77.0.9"});
   }
 
@@ -170,11 +170,11 @@ TEST_F(TheDoctor, ReportsRevokedParticipantsAndTheDateOfTheList) {
 TEST_F(TheDoctor, NamesTheProcessesThatItAccepts) {
   add_healthy_plant();
   hear(2, 0);
-  found.heard.back().who.shows_certificate = true;
+  found.announcements.back().who.shows_certificate = true;
   found.joining.trusted_as = "office";
   EXPECT_THAT(sut(), Contains(is(Severity::fine, "accepted here: sq1 on host-sq1, pid 17")));
   // In the form of another vendor's DDS.
-  found.heard.back().who.certificate = "CN=gateway-1";
+  found.announcements.back().who.certificate = "CN=gateway-1";
   EXPECT_THAT(sut(), Contains(is(Severity::fine,
                                  "accepted here: sq1 on host-sq1, pid 17 as CN=gateway-1")));
 }
@@ -184,11 +184,11 @@ TEST_F(TheDoctor, ExplainsWhyAProcessIsIgnored) {
   hear(9, 0);
   found.joining.trusted_as = "office";
   EXPECT_THAT(sut(), Contains(is(Severity::warning, "has no certificate", "trust issue")));
-  found.heard.back().who.shows_certificate = true;
+  found.announcements.back().who.shows_certificate = true;
   EXPECT_THAT(sut(), Contains(is(Severity::problem,
                                  "has a certificate, and this process does not accept it")));
-  found.heard.back().who.certificate = "CN=square-root";
-  found.heard.back().who.authority = "CN=elsewhere identity";
+  found.announcements.back().who.certificate = "CN=square-root";
+  found.announcements.back().who.authority = "CN=elsewhere identity";
   EXPECT_THAT(sut(), Contains(is(Severity::problem,
                                  "has the certificate CN=square-root of CN=elsewhere identity, "
                                  "and this process does not accept it",
@@ -208,7 +208,7 @@ TEST_F(TheDoctor, AcceptsNoProcessWithoutEndpoints) {
   EXPECT_THAT(sut(), Contains(is(Severity::warning, "has no certificate")));
   // And a participant with an identity does not trust us.
   found.joining.trusted_as.clear();
-  found.heard.back().who.shows_certificate = true;
+  found.announcements.back().who.shows_certificate = true;
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "ignores processes without a certificate")));
 }
 

@@ -126,9 +126,9 @@ TEST(Lint, IgnoresTheCaseOfAUuid) {
 }
 
 TEST(Lint, FindsTimersThatChannelsShare) {
-  const std::string one = "#TIMER START [ID=3]\n#TIMER START [ID=4]\nM30\n";
+  const std::string program = "#TIMER START [ID=3]\n#TIMER START [ID=4]\nM30\n";
   const std::string other = "#TIMER START [ID=5]\n#TIMER START [ID=4]\nM30\n";
-  const std::vector<Source> programs{{"one.nc", one}, {"other.nc", other}};
+  const std::vector<Source> programs{{"one.nc", program}, {"other.nc", other}};
   EXPECT_THAT(lint(programs, {}).findings, IsEmpty());
   const auto findings = lint(programs, {.channels = true}).findings;
   ASSERT_THAT(findings, SizeIs(1));

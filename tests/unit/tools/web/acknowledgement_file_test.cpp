@@ -59,8 +59,8 @@ TEST_F(AnAcknowledgementFile, KeepsWhoWhenAndWhy) {
   EXPECT_EQ(kept[0].first.cause, "held cnc/1");
   EXPECT_EQ(kept[0].first.note, "fetching a \"new\" part, Maß 3");
   plant::PlantModel next{plant::About{}};
-  for (const auto& [one, at] : kept) {
-    next.acknowledge(one, at);
+  for (const auto& [acknowledgement, at] : kept) {
+    next.acknowledge(acknowledgement, at);
   }
   EXPECT_EQ(next.acknowledged(), plant.acknowledged()) << "to the nanosecond";
   EXPECT_EQ(next.events(), plant.events());

@@ -41,10 +41,10 @@ TEST(AFeed, IsGivenUpWhenItIsNotRead) {
 
 TEST(Feeds, AreNoMoreThanThereIsRoomFor) {
   Feeds sut(2);
-  auto one = sut.open("a");
+  auto feed = sut.open("a");
   const auto two = sut.open("a");
   EXPECT_EQ(sut.open("a"), nullptr);
-  one.reset();
+  feed.reset();
   EXPECT_NE(sut.open("a"), nullptr);
 }
 

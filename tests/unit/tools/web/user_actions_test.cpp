@@ -242,9 +242,10 @@ TEST_F(UserActionsTest, HashesNoMorePasswordsAtOnceThanOneAfterTheOther) {
     const auto wrong = R"({"user": "anna", "password": "wrong"})";
     outcomes.push_back(sut.answer({"login"}, post("login", wrong), {now, {}}));
   }
-  EXPECT_EQ(std::ranges::count_if(
-                outcomes,
-                [](const http::Outcome& one) { return std::holds_alternative<http::Later>(one); }),
+  EXPECT_EQ(std::ranges::count_if(outcomes,
+                                  [](const http::Outcome& outcome) {
+                                    return std::holds_alternative<http::Later>(outcome);
+                                  }),
             3);
 }
 
@@ -374,10 +375,10 @@ TEST(AFileOfUsers, ReportsWhereItIsWrong) {
 }
 
 TEST(AHashOfAPassword, DiffersEachTime) {
-  const std::string one = hash_of("secret");
-  EXPECT_NE(one, hash_of("secret"));
-  EXPECT_TRUE(matches("secret", one));
-  EXPECT_FALSE(matches("", one));
+  const std::string hash = hash_of("secret");
+  EXPECT_NE(hash, hash_of("secret"));
+  EXPECT_TRUE(matches("secret", hash));
+  EXPECT_FALSE(matches("", hash));
 }
 
 }  // namespace
