@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <random>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -27,6 +28,18 @@ std::uint8_t hex_value(char c) {
 }
 
 }  // namespace
+
+Reply reply_to(const Request& request, std::string text, std::uint32_t state) {
+  return {.key = request.key,
+          .instance = request.assigned,
+          .call = request.call,
+          .attempt = request.attempt,
+          .text = std::move(text),
+          .state = state,
+          .asked_text = request.text,
+          .asked_state = request.state,
+          .replayed = request.replayed};
+}
 
 std::string ChannelKey::to_string() const {
   return fmt::format("{}/{}", machine, channel);

@@ -6,7 +6,6 @@
 #include <chrono>
 #include <compare>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -125,6 +124,9 @@ MILLRACE_FIELDS(Reply, (key, .required = true), call, attempt, instance, (kind, 
                 code, (text, .cp1252 = true, .most = max_text), state,
                 (asked_text, .observed = false), (asked_state, .observed = false), received,
                 started, answered, (reason, .sparse = true), replayed, (extras, .sparse = true))
+
+/// The final reply of the instance that got the request.
+Reply reply_to(const Request& request, std::string text, std::uint32_t state);
 
 enum class Delivery : std::uint8_t { at_least_once, at_most_once };
 

@@ -23,31 +23,17 @@ Time counted_from(const Moment& start, SteadyTime now) {
   return start.wall + std::chrono::duration_cast<std::chrono::nanoseconds>(now - start.steady);
 }
 
-Reply reply_to(const Request& request, const Response& response) {
-  return {
-      .key = request.key,
-      .instance = request.assigned,
-      .call = request.call,
-      .attempt = request.attempt,
-      .text = response.text,
-      .state = response.state,
-      .asked_text = request.text,
-      .asked_state = request.state,
-      .replayed = request.replayed,
-  };
-}
-
 /// The reply that is sent in the end: the handler's response, or an error instead.
 Reply final_reply(const Request& request, const Result& result,
                   const CallSchedulerOptions& options) {
   const std::string refusal =
       result ? check_response(*result, options.completion_signal) : std::string();
   if (result && refusal.empty()) {
-    return reply_to(request, *result);
+    return reply_to(request, result->text, result->state);
   }
   // The log has the whole text.
-  Reply reply =
-      reply_to(request, Response::error(result ? refusal : result.error(), options.error_state));
+  const Response error = Response::error(result ? refusal : result.error(), options.error_state);
+  Reply reply = reply_to(request, error.text, error.state);
   reply.code = result ? ServiceCode::refused : ServiceCode::failed;
   return reply;
 }
@@ -149,7 +135,7 @@ Actions CallScheduler::decline(const Request& request, const fabric::Message& wh
 Reply CallScheduler::declined_reply(const Request& request, const fabric::Message& why) {
   declined_.put(request.requester, call_key_of(request), request.attempt);
   // A sample cannot have a longer text.
-  Reply reply = reply_to(request, {.text = why.text.substr(0, fabric::max_text), .state = 0});
+  Reply reply = reply_to(request, why.text.substr(0, fabric::max_text), 0);
   reply.kind = fabric::ReplyKind::declined;
   reply.reason = why;
   return reply;
@@ -192,7 +178,7 @@ Actions CallScheduler::on_interim(CallId call, const Response& response, Moment 
       options_.completion_signal == fabric::CompletionSignal::response) {
     return {};
   }
-  Reply reply = reply_to(running->second.request, response);
+  Reply reply = reply_to(running->second.request, response.text, response.state);
   reply.kind = fabric::ReplyKind::interim;
   reply.received = running->second.received.wall;
   reply.started = running->second.started;

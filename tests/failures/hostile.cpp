@@ -35,27 +35,12 @@ void Hostile::overhear() {
 }
 
 void Hostile::forge_reply() {
-  replies_.write({.key = last_.key,
-                  .instance = last_.assigned,
-                  .call = last_.call,
-                  .attempt = last_.attempt,
-                  .text = "forged",
-                  .state = 7,
-                  .asked_text = last_.text,
-                  .asked_state = last_.state},
-                 millrace_reply_kind_final);
+  replies_.write(reply_to(last_, "forged", 7), millrace_reply_kind_final);
 }
 
 void Hostile::forge_bad_reply() {
   constexpr std::uint8_t kind_of_nobody = 77;
-  Reply reply{.key = last_.key,
-              .instance = last_.assigned,
-              .call = last_.call,
-              .attempt = last_.attempt,
-              .text = "bad",
-              .state = 7,
-              .asked_text = last_.text,
-              .asked_state = last_.state};
+  Reply reply = reply_to(last_, "bad", 7);
   std::uint8_t kind = millrace_reply_kind_final;
   switch (++count_ % 4) {
     case 0:
@@ -149,15 +134,9 @@ void Hostile::impersonate() {
                             wire::Keep::last,
                             wire::EndpointOptions{.user_data = registry::format_identity(forged)});
   }
-  writer->write({.key = last_.key,
-                 .instance = victim,
-                 .call = last_.call,
-                 .attempt = last_.attempt,
-                 .text = "impostor",
-                 .state = 7,
-                 .asked_text = last_.text,
-                 .asked_state = last_.state},
-                millrace_reply_kind_final);
+  Reply reply = reply_to(last_, "impostor", 7);
+  reply.instance = victim;
+  writer->write(reply, millrace_reply_kind_final);
 }
 
 void Hostile::announce(const InstanceId& instance, const std::string& uuid,

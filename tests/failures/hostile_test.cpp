@@ -293,15 +293,7 @@ TEST_P(AnAnswerThatCannotBeWritten, FreesTheProgramWithAnErrorAtOnce) {
     return asked.has_value();
   });
   const OddAnswer& odd_one = GetParam();
-  replies.write({.key = asked->key,
-                 .instance = odd.id,
-                 .call = asked->call,
-                 .attempt = asked->attempt,
-                 .text = odd_one.text,
-                 .state = odd_one.state,
-                 .asked_text = asked->text,
-                 .asked_state = asked->state},
-                odd_one.kind);
+  replies.write(reply_to(*asked, odd_one.text, odd_one.state), odd_one.kind);
   cnc->await("response = ERROR: the service's answer");
   cnc->await("state = 500");
   gateway->await_error("call \\S+: the service's answer ");

@@ -134,13 +134,15 @@ void AsService::begin(const fabric::Request& request, const Matched& matched) {
               .received = std::chrono::system_clock::now(),
               .since = std::chrono::steady_clock::now()};
   for (const TimedAnswer& interim : call.interim) {
-    fabric::Reply reply = reply_to(request, interim.answer);
+    fabric::Reply reply = reply_to(request, interim.answer.text, interim.answer.state);
     reply.kind = fabric::ReplyKind::interim;
     pending.script.emplace_back(delay_of(interim), std::move(reply));
   }
   // A call without a response in the recording gets none here.
   if (call.answer) {
-    pending.script.emplace_back(delay_of(*call.answer), reply_to(request, call.answer->answer));
+    const Answer& answer = call.answer->answer;
+    pending.script.emplace_back(delay_of(*call.answer),
+                                reply_to(request, answer.text, answer.state));
   }
   listener_.on_match(request, matched.call);
   reply_next(key_of(request));
@@ -151,7 +153,7 @@ void AsService::refuse(const fabric::Request& request, const Mismatch& mismatch)
       Pending{.request = request,
               .received = std::chrono::system_clock::now(),
               .since = std::chrono::steady_clock::now()};
-  fabric::Reply reply = reply_to(request, {mismatch.text, options_.error_state, std::nullopt});
+  fabric::Reply reply = reply_to(request, mismatch.text, options_.error_state);
   reply.code = fabric::ServiceCode::failed;
   pending.script.emplace_back(nanoseconds{}, std::move(reply));
   listener_.on_mismatch(request, mismatch.reason);
@@ -202,6 +204,7 @@ void AsService::reply_next(const fabric::RequestKey& key) {
 void AsService::publish(Pending& pending) {
   fabric::Reply reply = pending.script[pending.sent++].second;
   reply.attempt = pending.request.attempt;
+  reply.replayed = true;
   reply.received = pending.received;
   reply.started = pending.received;
   reply.answered = std::chrono::system_clock::now();
@@ -315,18 +318,6 @@ void AsService::leave_if_done(const fabric::InstanceId& instance) {
       listener_.on_complete();
     }
   });
-}
-
-fabric::Reply AsService::reply_to(const fabric::Request& request, const Answer& answer) const {
-  return {.key = request.key,
-          .instance = request.assigned,
-          .call = request.call,
-          .attempt = request.attempt,
-          .text = answer.text,
-          .state = answer.state,
-          .asked_text = request.text,
-          .asked_state = request.state,
-          .replayed = true};
 }
 
 nanoseconds AsService::delay_of(const TimedAnswer& answer) const {

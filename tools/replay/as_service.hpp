@@ -127,7 +127,6 @@ class AsService : public fabric::endpoints::ReplyEndpointListener,
   void find_end();
   /// Ends a draining instance that has no reply left to send.
   void leave_if_done(const fabric::InstanceId& instance);
-  [[nodiscard]] fabric::Reply reply_to(const fabric::Request& request, const Answer& answer) const;
   [[nodiscard]] nanoseconds delay_of(const TimedAnswer& answer) const;
   [[nodiscard]] fabric::endpoints::ReplyEndpoint* end_of(const fabric::InstanceId& instance);
 

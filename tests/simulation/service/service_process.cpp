@@ -316,16 +316,7 @@ void ServiceProcess::finish(const RunPointer& run) {
   told("result of " + call.to_string());
   const sdk::Actions actions = scheduler_->on_result(call, result, moment());
   if (plan_.bug == Bug::cancelled_result_sent && run->cancelled && result) {
-    fabric::Reply reply;
-    reply.key = run->request.key;
-    reply.instance = identity_.id;
-    reply.call = call;
-    reply.attempt = run->request.attempt;
-    reply.text = result->text;
-    reply.state = result->state;
-    reply.asked_text = run->request.text;
-    reply.asked_state = run->request.state;
-    say(reply);
+    say(reply_to(run->request, result->text, result->state));
   }
   perform(actions);
 }

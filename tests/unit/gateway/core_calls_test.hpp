@@ -322,16 +322,7 @@ class CoreCallsTest : public testing::Test {
   }
 
   static fabric::Reply answer_to(const fabric::Request& request) {
-    fabric::Reply reply;
-    reply.key = request.key;
-    reply.call = request.call;
-    reply.attempt = request.attempt;
-    reply.instance = request.assigned;
-    reply.text = "1.414";
-    reply.state = 1;
-    reply.asked_text = request.text;
-    reply.asked_state = request.state;
-    return reply;
+    return reply_to(request, "1.414", 1);
   }
 
   template <typename Wanted>

@@ -85,18 +85,7 @@ class CoreTest : public testing::Test, public RecordedPorts {
       look(1, set);
     }
   }
-  void instance_answers() {
-    fabric::Reply reply;
-    reply.key = given.key;
-    reply.call = given.call;
-    reply.attempt = given.attempt;
-    reply.instance = given.assigned;
-    reply.text = "ok";
-    reply.state = 1;
-    reply.asked_text = given.text;
-    reply.asked_state = given.state;
-    sut->on_reply(reply);
-  }
+  void instance_answers() { sut->on_reply(reply_to(given, "ok", 1)); }
 
   const fabric::InstanceIdentity service{.id = gateway_id(7),
                                          .uuid = "b0ad2ab8-5e5c-4c8c-9b0b-0f6f0a1c2d3e"};

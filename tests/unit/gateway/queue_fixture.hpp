@@ -243,16 +243,7 @@ class QueueFixture : public core::RecordedPorts {
       executed.emplace_back(request.call, request.text);
       answers[request.call] = request.text;
     }
-    fabric::Reply reply;
-    reply.key = request.key;
-    reply.call = request.call;
-    reply.attempt = request.attempt;
-    reply.instance = request.assigned;
-    reply.text = "ok";
-    reply.state = 1;
-    reply.asked_text = request.text;
-    reply.asked_state = request.state;
-    todo.push_back([this, reply] { core->on_reply(reply); });
+    todo.push_back([this, reply = reply_to(request, "ok", 1)] { core->on_reply(reply); });
   }
 };
 

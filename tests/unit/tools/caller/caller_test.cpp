@@ -53,17 +53,6 @@ Order order(std::uint16_t channel) {
   return {.key = {"call.1", channel}, .uuid = wanted_uuid, .text = "2", .patience = 5s};
 }
 
-fabric::Reply reply_to(const fabric::Request& request, const std::string& text) {
-  return {.key = request.key,
-          .instance = request.assigned,
-          .call = request.call,
-          .attempt = request.attempt,
-          .text = text,
-          .state = 1,
-          .asked_text = request.text,
-          .asked_state = request.state};
-}
-
 /// "1→7#2": channel 1's call goes to instance 7 as attempt 2; "-1": it is withdrawn; "1=text" and
 /// "1: reason": its end.
 std::vector<std::string> words(const Actions& actions) {
@@ -103,7 +92,7 @@ TEST(Calls, DispatchesACallToAnInstanceAndEndsItWithItsReply) {
   EXPECT_EQ(request.text, "2");
   EXPECT_EQ(request.assigned, instance(3).id);
   EXPECT_EQ(request.deadline, at(5001ms).wall);
-  sut.on_reply(reply_to(request, "1.414214"), at(2ms));
+  sut.on_reply(reply_to(request, "1.414214", 1), at(2ms));
   EXPECT_THAT(words(sut.take_actions()), ElementsAre("1=1.414214"));
   EXPECT_EQ(sut.pending(), 0U);
 }
@@ -113,7 +102,7 @@ TEST(Calls, ReplacesAnAnsweredRequestOrWithdrawsItAfterASecond) {
   sut.on_instance_ready(instance(3), at(0ms));
   for (const auto time : {1ms, 900ms, 1800ms}) {
     ASSERT_TRUE(sut.add(order(1), at(time)).has_value());
-    sut.on_reply(reply_to(published(sut.take_actions()), "2"), at(time));
+    sut.on_reply(reply_to(published(sut.take_actions()), "2", 1), at(time));
     EXPECT_THAT(words(sut.take_actions()), ElementsAre("1=2"));
     sut.on_time(at(time));
     EXPECT_THAT(words(sut.take_actions()), IsEmpty());
@@ -127,7 +116,7 @@ TEST(Calls, WithdrawsAllRequestsWhenItLeaves) {
   Calls sut({7, 0});
   sut.on_instance_ready(instance(3), at(0ms));
   ASSERT_TRUE(sut.add(order(1), at(0ms)).has_value());
-  sut.on_reply(reply_to(published(sut.take_actions()), "2"), at(1ms));
+  sut.on_reply(reply_to(published(sut.take_actions()), "2", 1), at(1ms));
   ASSERT_TRUE(sut.add(order(2), at(2ms)).has_value());
   sut.take_actions();
   sut.leave("bye", at(3ms));
@@ -150,7 +139,7 @@ TEST(Calls, CountsTheTimeSinceTheDispatchAndNotTheSearchForAnInstance) {
   sut.on_instance_ready(instance(3), at(400ms));
   EXPECT_TRUE(sut.is_given_out(*id));
   const fabric::Request request = published(sut.take_actions());
-  sut.on_reply(reply_to(request, "1.4"), at(402ms));
+  sut.on_reply(reply_to(request, "1.4", 1), at(402ms));
   for (const Action& action : sut.take_actions()) {
     if (const auto* ended = std::get_if<Ended>(&action)) {
       EXPECT_EQ(ended->took, 2ms);
@@ -200,7 +189,7 @@ TEST(Calls, WithdrawsACallFromAnInstanceThatDoesNotAnswerInTime) {
   sut.on_time(at(5s));
   EXPECT_THAT(words(sut.take_actions()),
               ElementsAre("-1", HasSubstr("the instance that has the call has not responded")));
-  sut.on_reply(reply_to(request, "late"), at(6s));
+  sut.on_reply(reply_to(request, "late", 1), at(6s));
   EXPECT_THAT(words(sut.take_actions()), IsEmpty());
 }
 
@@ -215,7 +204,7 @@ TEST(Calls, DispatchesTheCallOfALostInstanceToAnotherOne) {
   sut.on_time(at(1s));
   EXPECT_THAT(words(sut.take_actions()), ElementsAre("-1", "1→4#2"));
   // The first instance was slow, not dead: its answer counts.
-  sut.on_reply(reply_to(first, "1.4"), at(1001ms));
+  sut.on_reply(reply_to(first, "1.4", 1), at(1001ms));
   EXPECT_THAT(words(sut.take_actions()), ElementsAre("-1", "1=1.4"));
 }
 
@@ -250,7 +239,7 @@ TEST(Calls, ShowsInterimRepliesAndContinues) {
   Calls sut({7, 0});
   sut.on_instance_ready(instance(3), at(0ms));
   ASSERT_TRUE(sut.add(order(1), at(0ms)).has_value());
-  fabric::Reply interim = reply_to(published(sut.take_actions()), "half");
+  fabric::Reply interim = reply_to(published(sut.take_actions()), "half", 1);
   interim.kind = fabric::ReplyKind::interim;
   sut.on_reply(interim, at(1ms));
   EXPECT_THAT(words(sut.take_actions()), ElementsAre("1~half"));
@@ -261,7 +250,7 @@ TEST(Calls, IgnoresRepliesOfOtherInstances) {
   Calls sut({7, 0});
   sut.on_instance_ready(instance(3), at(0ms));
   ASSERT_TRUE(sut.add(order(1), at(0ms)).has_value());
-  fabric::Reply reply = reply_to(published(sut.take_actions()), "2");
+  fabric::Reply reply = reply_to(published(sut.take_actions()), "2", 1);
   reply.instance = instance(9).id;
   sut.on_reply(reply, at(1ms));
   EXPECT_THAT(words(sut.take_actions()), IsEmpty());
