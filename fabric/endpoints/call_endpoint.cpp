@@ -13,6 +13,7 @@
 #include "fabric/endpoints/channel_status_writer.hpp"
 #include "fabric/endpoints/liveness_monitor.hpp"
 #include "fabric/endpoints/request_writers.hpp"
+#include "fabric/endpoints/tell.hpp"
 #include "fabric/log_limiter.hpp"
 #include "fabric/wire/foreign_replies.hpp"
 #include "fabric/wire/subscription.hpp"
@@ -60,14 +61,6 @@ struct CallEndpoint::Impl : std::enable_shared_from_this<Impl> {
   void ignore(registry::EndpointHandle stranger, const std::string& reason);
   void announce();
   [[nodiscard]] const std::string& fabric() const { return participant.options().fabric; }
-
-  /// Calls the listener, which may destroy this endpoint in any of its functions.
-  template <typename Tell>
-  void tell(Tell tell) {
-    if (listener != nullptr) {
-      tell();
-    }
-  }
 
   dds::Participant& participant;
   boost::asio::any_io_executor executor;
@@ -168,7 +161,8 @@ void CallEndpoint::Impl::check_readers() {
   if (channels) {
     channels->update_readers();
   }
-  tell([&] { listener->on_readers(channels && channels->has_readers(), event_readers.present()); });
+  tell(listener, &CallEndpointListener::on_readers, channels && channels->has_readers(),
+       event_readers.present());
 }
 
 void CallEndpoint::Impl::drain_discovery() {
@@ -216,16 +210,16 @@ void CallEndpoint::Impl::announce() {
     std::ranges::move(participant.authenticator()->take_warnings(), std::back_inserter(ignored));
   }
   for (const std::string& reason : std::exchange(ignored, {})) {
-    tell([&] { listener->on_ignored(reason); });
+    tell(listener, &CallEndpointListener::on_ignored, reason);
   }
   for (const InstanceId& instance : changes.gone) {
-    tell([&] { listener->on_instance_gone(instance); });
+    tell(listener, &CallEndpointListener::on_instance_gone, instance);
   }
   for (const InstanceIdentity& instance : changes.ready) {
-    tell([&] { listener->on_instance_ready(instance); });
+    tell(listener, &CallEndpointListener::on_instance_ready, instance);
   }
   for (const InstanceIdentity& instance : changes.changed) {
-    tell([&] { listener->on_instance_changed(instance); });
+    tell(listener, &CallEndpointListener::on_instance_changed, instance);
   }
 }
 

@@ -13,6 +13,7 @@
 #include "base/text/quoted.hpp"
 #include "fabric/channel_scope.hpp"
 #include "fabric/dds/authenticator.hpp"
+#include "fabric/endpoints/tell.hpp"
 #include "fabric/key_owners.hpp"
 #include "fabric/log_limiter.hpp"
 #include "fabric/wire/subscription.hpp"
@@ -104,14 +105,6 @@ struct GatewayMonitor::Impl : std::enable_shared_from_this<Impl> {
     return [this](const ChannelKey& key, const Channels::Sample& sample) {
       return claimed(sample.value.participant, key);
     };
-  }
-
-  /// Calls the listener, which may end this watch in any of its functions.
-  template <typename Tell>
-  void tell(Tell tell) {
-    if (listener != nullptr) {
-      tell();
-    }
   }
 
   dds::Participant& participant;
@@ -239,7 +232,7 @@ void GatewayMonitor::Impl::lose(const ClaimKey& key, MachineClaim& claim, Absenc
   }
   if (!claim.lost || (claim.lost == Absence::silent && absence != Absence::silent)) {
     claim.lost = absence;
-    tell([&] { listener->on_machine_gone(key.first, key.second, absence); });
+    tell(listener, &GatewayMonitorListener::on_machine_gone, key.first, key.second, absence);
   }
 }
 
@@ -253,7 +246,7 @@ void GatewayMonitor::Impl::ignore(Handle writer, const std::string& program,
 void GatewayMonitor::Impl::warn_limited(const std::string& kind, const std::string& about,
                                         const std::string& text) {
   if (const auto line = log_limiter.admit(kind, about, text, std::chrono::steady_clock::now())) {
-    tell([&] { listener->on_ignored(*line); });
+    tell(listener, &GatewayMonitorListener::on_ignored, *line);
   }
 }
 
@@ -337,7 +330,7 @@ void GatewayMonitor::Impl::take(const wire::Taken<ChannelStatus>& taken) {
   if (taken.instance_state == wire::InstanceState::no_writers &&
       owned_channels.find(key) != nullptr) {
     owned_channels.forget(key);
-    tell([&] { listener->on_channel_gone(key); });
+    tell(listener, &GatewayMonitorListener::on_channel_gone, key);
   }
 }
 
@@ -357,7 +350,7 @@ void GatewayMonitor::Impl::settle_channels() {
     return;
   }
   for (const ChannelKey& key : owned_channels.rank_again(by_claim())) {
-    tell([&] { listener->on_channel(owned_channels.find(key)->value.status); });
+    tell(listener, &GatewayMonitorListener::on_channel, owned_channels.find(key)->value.status);
   }
 }
 
@@ -374,10 +367,10 @@ void GatewayMonitor::Impl::forget_channels(const IsGone& is_gone) {
   for (const ChannelKey& key : changed) {
     const Channels::Sample* const next = owned_channels.find(key);
     if (next != nullptr && claimed(next->value.participant, key) < Time::max()) {
-      tell([&] { listener->on_channel(next->value.status); });
+      tell(listener, &GatewayMonitorListener::on_channel, next->value.status);
     } else {
       owned_channels.forget(key);
-      tell([&] { listener->on_channel_gone(key); });
+      tell(listener, &GatewayMonitorListener::on_channel_gone, key);
     }
   }
 }

@@ -4,7 +4,6 @@
 #include <optional>
 #include <utility>
 #include <variant>
-#include <vector>
 
 #include <fmt/format.h>
 
@@ -13,6 +12,7 @@
 #include "fabric/endpoints/command_endpoint.hpp"
 #include "fabric/endpoints/gateway_monitor.hpp"
 #include "fabric/endpoints/liveness_monitor.hpp"
+#include "fabric/endpoints/tell.hpp"
 #include "fabric/log_limiter.hpp"
 #include "fabric/observer/alarms.hpp"
 #include "fabric/observer/context.hpp"
@@ -456,9 +456,8 @@ void Observer::Impl::ignore(dds_instance_handle_t writer, const std::string& pro
 
 void Observer::Impl::warn_limited(const std::string& kind, const std::string& about,
                                   const std::string& text) {
-  const auto line = log_limiter.admit(kind, about, text, std::chrono::steady_clock::now());
-  if (line && listener != nullptr) {
-    listener->on_ignored(*line);
+  if (const auto line = log_limiter.admit(kind, about, text, std::chrono::steady_clock::now())) {
+    endpoints::tell(listener, &ObserverListener::on_ignored, *line);
   }
 }
 
@@ -471,9 +470,7 @@ void Observer::Impl::report_ignored() {
     static_cast<void>(identity_changes->take());
   }
   for (const std::string& line : participant.authenticator()->take_warnings()) {
-    if (listener != nullptr) {
-      listener->on_ignored(line);
-    }
+    endpoints::tell(listener, &ObserverListener::on_ignored, line);
   }
 }
 
