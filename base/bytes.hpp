@@ -37,6 +37,16 @@ class ByteReader {
   std::uint16_t u16() { return static_cast<std::uint16_t>(integer(2)); }
   std::uint32_t u32() { return static_cast<std::uint32_t>(integer(4)); }
   std::uint64_t u64() { return integer(8); }
+  /// Of `size` bytes, at most 8.
+  std::uint64_t integer(std::size_t size) {
+    std::uint64_t value = 0;
+    const auto bytes = take(size);
+    for (std::size_t i = 0; i < bytes.size(); ++i) {
+      const std::size_t place = order_ == std::endian::little ? i : size - 1 - i;
+      value |= std::uint64_t{bytes[i]} << (8 * place);
+    }
+    return value;
+  }
   /// The next `size` bytes, as a view into the buffer.
   BytesView take(std::size_t size) {
     if (size > rest_.size()) {
@@ -55,16 +65,6 @@ class ByteReader {
   [[nodiscard]] bool exact() const { return ok_ && rest_.empty(); }
 
  private:
-  std::uint64_t integer(std::size_t size) {
-    std::uint64_t value = 0;
-    const auto bytes = take(size);
-    for (std::size_t i = 0; i < bytes.size(); ++i) {
-      const std::size_t place = order_ == std::endian::little ? i : size - 1 - i;
-      value |= std::uint64_t{bytes[i]} << (8 * place);
-    }
-    return value;
-  }
-
   BytesView rest_;
   std::endian order_;
   bool ok_ = true;

@@ -13,6 +13,7 @@
 
 #include <boost/pfr/core.hpp>
 
+#include "base/bytes.hpp"
 #include "tools/mcap/records.hpp"
 
 namespace millrace::tools::mcap {
@@ -22,30 +23,21 @@ namespace millrace::tools::mcap {
 class Cursor {
  public:
   /// `offset` is the place of `bytes` in the file, for messages only.
-  explicit Cursor(Bytes bytes, std::uint64_t offset = 0) : rest_(bytes), offset_(offset) {}
+  explicit Cursor(Bytes bytes, std::uint64_t offset = 0)
+      : in_({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}), offset_(offset) {}
 
   /// Of `size` bytes, little endian.
   std::uint64_t integer(std::size_t size) {
-    std::uint64_t value = 0;
-    const Bytes bytes = take(size);
-    for (std::size_t i = 0; i < bytes.size(); ++i) {
-      value |= std::uint64_t{static_cast<std::uint8_t>(bytes[i])} << (8 * i);
-    }
+    const std::uint64_t value = in_.integer(size);
+    offset_ += in_.ok() ? size : 0;
     return value;
   }
   std::uint8_t u8() { return static_cast<std::uint8_t>(integer(1)); }
-  std::uint16_t u16() { return static_cast<std::uint16_t>(integer(2)); }
   std::uint32_t u32() { return static_cast<std::uint32_t>(integer(4)); }
   std::uint64_t u64() { return integer(8); }
 
   Bytes take(std::uint64_t size) {
-    if (size > rest_.size()) {
-      ok_ = false;
-      rest_ = {};
-      return {};
-    }
-    const Bytes taken = rest_.substr(0, static_cast<std::size_t>(size));
-    rest_.remove_prefix(taken.size());
+    const Bytes taken = view(in_.take(size));
     offset_ += taken.size();
     return taken;
   }
@@ -54,22 +46,20 @@ class Cursor {
   Bytes sized() { return take(u32()); }
   std::string text() { return std::string(sized()); }
 
-  [[nodiscard]] Bytes rest() const { return rest_; }
-  [[nodiscard]] bool empty() const { return rest_.empty(); }
-  [[nodiscard]] bool ok() const { return ok_; }
+  [[nodiscard]] Bytes rest() const { return view(in_.rest()); }
+  [[nodiscard]] bool empty() const { return in_.rest().empty(); }
+  [[nodiscard]] bool ok() const { return ok_ && in_.ok(); }
   /// Place in the file of the next byte, or of the value that was cut.
   [[nodiscard]] std::uint64_t offset() const { return offset_; }
 
   /// An array or map after its length in bytes: only its elements.
   Cursor nested() {
     const Bytes inner = sized();
-    Cursor result(inner, offset_ - inner.size());
-    result.ok_ = ok_;
-    return result;
+    return Cursor(inner, offset_ - inner.size());
   }
   /// Counts a mistake inside a nested cursor as one of this.
   void check(const Cursor& inner) {
-    if (ok_ && !inner.ok_) {
+    if (ok() && !inner.ok()) {
       ok_ = false;
       offset_ = inner.offset_;
     }
@@ -80,8 +70,13 @@ class Cursor {
   }
 
  private:
-  Bytes rest_;
+  static Bytes view(base::BytesView bytes) {
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+  }
+
+  base::ByteReader in_;
   std::uint64_t offset_;
+  /// No nested one had a mistake.
   bool ok_ = true;
 };
 

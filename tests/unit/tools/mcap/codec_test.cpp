@@ -92,7 +92,7 @@ TEST(McapCodec, NoticesADamagedAttachment) {
 
 TEST(McapCursor, StopsForGoodWhereBytesAreMissing) {
   Cursor sut(Bytes("\x01\0\x02", 3), 10);
-  EXPECT_EQ(sut.u16(), 1);
+  EXPECT_EQ(sut.integer(2), 1U);
   EXPECT_EQ(sut.u32(), 0U);
   EXPECT_FALSE(sut.ok());
   EXPECT_EQ(sut.u8(), 0);
