@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "gateway/journal/format.hpp"
+#include "tests/support/data.hpp"
 #include "tools/mcap/file.hpp"
 #include "tools/recording/reader.hpp"
 
@@ -137,7 +138,7 @@ void Plant::end_recording() {
 }
 
 std::string Plant::write_program(const Load& load) const {
-  std::string text = read_file(MILLRACE_TEST_DATA "/nc/cluster/" + load.program);
+  std::string text = read_file(test_data("nc/cluster/" + load.program));
   text = replaced(text, "@UUID@", load.uuid);
   text = replaced(text, "@CALLS@", std::to_string(load.calls));
   const std::filesystem::path file = hosts_->folder() / load.program;

@@ -19,6 +19,7 @@
 #include "tests/integration/chain.hpp"
 #include "tests/support/await.hpp"
 #include "tests/support/caller.hpp"
+#include "tests/support/data.hpp"
 #include "tests/support/http_client.hpp"
 #include "tests/unit/every_field/filled.hpp"
 #include "tools/print/json.hpp"
@@ -423,7 +424,7 @@ TEST_F(FrozenFiles, OfASpoolAreContinuedByTheMailService) {
     // No server listens there.
     std::ofstream(config) << "server { host: 'localhost' port: 9 starttls: OFF }\nspool: '"
                           << spool.string() << "'\n"
-                          << content(fs::path(MILLRACE_TEST_DATA) / "mail/plant.mail.textproto");
+                          << content(test_data("mail/plant.mail.textproto"));
     Process service({binary("millrace-mail"), "--config", config.string(), "--domain",
                      std::to_string(chain.domain())});
     service.await("^ready: ");
@@ -504,7 +505,7 @@ TEST_F(FrozenFiles, OfATrustFolderAreShownByTheCommands) {
 
 TEST_F(FrozenFiles, OfEachConfigurationAreChecked) {
   const fs::path folder = copied("configuration", chain.folder(), [](const fs::path& empty) {
-    fs::copy(fs::path(MILLRACE_TEST_DATA) / "config/good", empty,
+    fs::copy(test_data("config/good"), empty,
              fs::copy_options::recursive | fs::copy_options::overwrite_existing);
     // Rules still change.
     fs::remove(empty / "rules.mail.textproto");

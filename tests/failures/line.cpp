@@ -13,6 +13,7 @@
 #include "fabric/endpoints/gateway_monitor.hpp"
 #include "tests/cluster/history/execution_log.hpp"
 #include "tests/support/await.hpp"
+#include "tests/support/data.hpp"
 #include "tests/support/wait_for.hpp"
 
 namespace millrace::tests::failures {
@@ -117,7 +118,7 @@ void Line::start_gateway() {
 }
 
 void Line::start_controller() {
-  const std::string program = MILLRACE_TEST_DATA "/nc/failures/counting.nc";
+  const std::string program = test_data("nc/failures/counting.nc");
   integration::Flags flags{"--exit-when-idle", "--run", "1=" + program};
   if (options_.point == Point::accepted) {
     flags.insert(flags.end(), {"--run", "2=" + program});

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/caller.hpp"
+#include "tests/support/data.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/expected_mistakes.hpp"
 #include "tests/support/process.hpp"
@@ -110,8 +111,8 @@ INSTANTIATE_TEST_SUITE_P(
         Served{"millrace-batch",
                "f8346304-c93c-4a7e-9866-aacceffb7e34",
                "",
-               {"--exec", std::string(MILLRACE_TEST_DATA) + "/batch/programs/say_request.sh",
-                "--uuid", "f8346304-c93c-4a7e-9866-aacceffb7e34"},
+               {"--exec", test_data("batch/programs/say_request.sh").string(), "--uuid",
+                "f8346304-c93c-4a7e-9866-aacceffb7e34"},
                {10, 1, 13}},
         Served{"millrace-mail",
                "b536e110-ca9e-4198-bddb-64331366bedb",
@@ -136,7 +137,7 @@ TEST(Check, AcceptsGoodAndRefusesBadConfigurations) {
         {"millrace-mail", "mail"}}) {
     const TemporaryFolder bad;
     write_bad_configurations(kind, bad.path());
-    for (const fs::path& folder : {fs::path(MILLRACE_TEST_DATA) / "config/good", bad.path()}) {
+    for (const fs::path& folder : {test_data("config/good"), bad.path()}) {
       const bool good = folder != bad.path();
       std::size_t tried = 0;
       for (const auto& entry : fs::directory_iterator(folder)) {

@@ -8,6 +8,7 @@
 #include "fabric/dds/entity.hpp"
 #include "fabric/wire/reader.hpp"
 #include "tests/support/caller.hpp"
+#include "tests/support/data.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/process.hpp"
 
@@ -63,7 +64,7 @@ class CService : public CInterface {
 };
 
 TEST_F(CInterface, ReadsTheCallsOfARecording) {
-  Process sut = client({"recording", MILLRACE_TEST_DATA "/recordings/demo.mcap"});
+  Process sut = client({"recording", tests::test_data("recordings/demo.mcap")});
   ASSERT_EQ(sut.wait(), 0) << sut.output();
   EXPECT_THAT(sut.output(), HasSubstr("cnc/2 0.25 -> 0.500000, state 1, answered by square_root, "
                                       "total 1, first: seen by the gateway, beyond: 1\n"));
@@ -76,7 +77,7 @@ TEST_F(CInterface, ReportsARecordingThatCannotBeReadOrIsDamaged) {
   EXPECT_EQ(missing.wait(), 1);
   EXPECT_THAT(missing.output(), StartsWith("error 1: "));
   EXPECT_THAT(missing.output(), HasSubstr("/nowhere.mcap"));
-  Process foreign = client({"recording", MILLRACE_TEST_DATA "/recordings/earlier.hex"});
+  Process foreign = client({"recording", tests::test_data("recordings/earlier.hex")});
   EXPECT_EQ(foreign.wait(), 0);
   EXPECT_THAT(foreign.output(), StartsWith("problem: at byte 0: "));
 }

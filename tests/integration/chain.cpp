@@ -4,6 +4,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "tests/support/data.hpp"
+
 namespace millrace::tests::integration {
 
 namespace {
@@ -117,12 +119,12 @@ Flags Chain::command(Flags command) const {
 }
 
 std::string Chain::program(int channel, const std::string& file) {
-  return std::to_string(channel) + "=" + MILLRACE_TEST_DATA "/nc/chain/" + file;
+  return std::to_string(channel) + "=" + test_data("nc/chain/" + file).string();
 }
 
 std::string Chain::counting_program(const std::string& uuid, std::uint32_t calls) const {
   std::ostringstream text;
-  text << std::ifstream(MILLRACE_TEST_DATA "/nc/cluster/counting.nc").rdbuf();
+  text << std::ifstream(test_data("nc/cluster/counting.nc")).rdbuf();
   const std::filesystem::path file = folder_.path() / "counting.nc";
   std::ofstream(file) << replaced(replaced(text.str(), "@UUID@", uuid), "@CALLS@",
                                   std::to_string(calls));

@@ -10,7 +10,10 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 #include "tests/support/domain.hpp"
 #include "tests/support/process.hpp"
@@ -82,6 +85,27 @@ class Chain {
   std::filesystem::path state_home_;
   std::optional<TrustCredentials> trust_;
   std::string port_;
+};
+
+/// A test of subcommands.
+class ChainTest : public testing::Test {
+ protected:
+  /// Runs `millrace ARGS` to its end.
+  Process run(Flags args) {
+    Process process = chain.millrace(std::move(args));
+    exit_code = process.wait();
+    return process;
+  }
+  static std::size_t lines_with(const std::string& text, const std::string& what) {
+    std::size_t count = 0;
+    for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) {
+      ++count;
+    }
+    return count;
+  }
+
+  Chain chain;
+  int exit_code = -1;
 };
 
 }  // namespace millrace::tests::integration

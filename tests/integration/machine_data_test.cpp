@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/integration/chain.hpp"
+#include "tests/support/data.hpp"
 
 namespace millrace::tests::integration {
 namespace {
@@ -91,11 +92,11 @@ TEST(MachineData, IsReplayedWithAMarkAndRetractedAtTheEnd) {
 
 TEST(MachineData, IsReplayedOnlyWhereThereIsSome) {
   Chain sut;
-  Process none = sut.millrace({"replay", "--data", MILLRACE_TEST_DATA "/recordings/demo.mcap"});
+  Process none = sut.millrace({"replay", "--data", test_data("recordings/demo.mcap")});
   EXPECT_EQ(none.wait(), 2);
   EXPECT_THAT(none.error_output(), HasSubstr("has no machine data"));
   for (const Flags& more : {Flags{"--step"}, Flags{"--verify"}, Flags{"--to-services"}}) {
-    Flags command{"replay", "--data", MILLRACE_TEST_DATA "/recordings/demo.mcap"};
+    Flags command{"replay", "--data", test_data("recordings/demo.mcap")};
     command.insert(command.end(), more.begin(), more.end());
     Process wrong = sut.millrace(command);
     EXPECT_EQ(wrong.wait(), 2) << more.front();

@@ -9,6 +9,7 @@
 
 #include "tests/support/await.hpp"
 #include "tests/support/caller.hpp"
+#include "tests/support/data.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -24,7 +25,7 @@ const std::string echo_uuid = "1b671a64-40d5-491e-99b0-da01ff1f3341";
 const std::string exit_uuid = "5e5b4a7f-0f2e-4f0a-9f5c-2f7d0c1a6b11";
 
 fs::path program(const std::string& name) {
-  return fs::path(MILLRACE_TEST_DATA) / "batch" / "programs" / name;
+  return test_data("batch/programs") / name;
 }
 
 class BatchFolder : public testing::Test {

@@ -11,6 +11,7 @@
 #include "cnc/ads/client.hpp"
 #include "cnc/variables/service_interface.hpp"
 #include "tests/support/await.hpp"
+#include "tests/support/data.hpp"
 #include "tests/support/expected_mistakes.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -28,7 +29,7 @@ using testing::MatchesRegex;
 using testing::StartsWith;
 
 std::string program(const std::string& name) {
-  return std::string(MILLRACE_TEST_DATA) + "/nc/cnc/" + name;
+  return test_data("nc/cnc/" + name);
 }
 
 std::string text_of(const std::filesystem::path& file) {
@@ -142,8 +143,8 @@ TEST_F(MillraceCnc, ChecksProgramsWithoutRunningThem) {
 
 // An ADS client answers the call of square_root.nc in place of a service.
 TEST_F(MillraceCnc, LetsAClientAnswerTheCallOfAProgram) {
-  Process sut = start({"--run", "1=" + std::string(MILLRACE_TEST_DATA) + "/nc/square_root.nc",
-                       "--speed", "0", "--exit-when-idle", "--timings"});
+  Process sut = start({"--run", "1=" + test_data("nc/square_root.nc").string(), "--speed", "0",
+                       "--exit-when-idle", "--timings"});
   const std::string port = sut.await("^ready: .* on 127\\.0\\.0\\.1:(\\d+)").at(1);
 
   boost::asio::io_context io;

@@ -27,26 +27,7 @@ using testing::Not;
 
 constexpr const char* square_root = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
 
-int lines_with(const std::string& text, const std::string& part) {
-  int count = 0;
-  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) {
-    ++count;
-  }
-  return count;
-}
-
-class TheCommand : public testing::Test {
- protected:
-  /// Runs `millrace ARGS` to its end.
-  Process run(Flags args) {
-    Process process = chain.millrace(std::move(args));
-    exit_code = process.wait();
-    return process;
-  }
-
-  Chain chain;
-  int exit_code = -1;
-};
+class TheCommand : public ChainTest {};
 
 TEST_F(TheCommand, ListsEveryInstance) {
   Process first = chain.square_root({"--name", "first"});
@@ -417,7 +398,7 @@ TEST_F(TheCommand, RetriesACallOnceDuringManyOtherCommands) {
   ASSERT_TRUE(commands.write(retry));
   const fabric::Command last = for_gateway(fabric::CommandKind::ping, "tester");
   await("an answer to the last command", [&] { return commands.write(last) && told(last); });
-  EXPECT_EQ(lines_with(gateway.error_output(), "retry by tester"), 1) << gateway.error_output();
+  EXPECT_EQ(lines_with(gateway.error_output(), "retry by tester"), 1U) << gateway.error_output();
   EXPECT_THAT(gateway.error_output(), Not(HasSubstr("retry by tester: another call")));
   service.signal(SIGCONT);
 }

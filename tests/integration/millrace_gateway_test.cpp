@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/data.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/expected_mistakes.hpp"
 #include "tests/support/process.hpp"
@@ -19,7 +20,7 @@ using testing::HasSubstr;
 using testing::Not;
 
 std::string config(const std::string& name) {
-  return std::string(MILLRACE_TEST_DATA) + "/config/" + name + ".gateway.textproto";
+  return test_data("config/" + name + ".gateway.textproto");
 }
 
 class MillraceGateway : public testing::Test {
@@ -107,7 +108,7 @@ TEST_F(MillraceGateway, PassesACallOverSecureAdsOnceItsPasswordIsRight) {
                             "secure_ads { listen: \"127.0.0.1:0\" only: true "
                             "psk { identity: \"millrace\" password: \"secret\" } }"),
                       "--dir", folder_.path().string(), "--speed", "0", "--exit-when-idle", "--run",
-                      std::string("1=") + MILLRACE_TEST_DATA + "/nc/square_root.nc"});
+                      "1=" + test_data("nc/square_root.nc").string()});
   const std::string port =
       controller.await("^ready: .*, Secure ADS at 127\\.0\\.0\\.1:(\\d+)").at(1);
   write("cnc.psk", "wrong");

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include "tests/support/data.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/sections.hpp"
@@ -22,7 +23,7 @@ constexpr const char* square_root = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
 class TheLint : public testing::Test {
  protected:
   TheLint() {
-    for (const Section& section : read_sections_in(MILLRACE_TEST_DATA "/lint")) {
+    for (const Section& section : read_sections_in(test_data("lint"))) {
       for (const auto& [name, text] : section.texts) {
         std::ofstream(programs + (name.empty() ? section.name + ".nc" : name)) << text;
       }

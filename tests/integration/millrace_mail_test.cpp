@@ -12,6 +12,7 @@
 #include "fabric/endpoints/data_endpoint.hpp"
 #include "tests/support/await.hpp"
 #include "tests/support/caller.hpp"
+#include "tests/support/data.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -78,7 +79,7 @@ class Mail : public testing::Test {
     std::ostringstream text;
     text << "server { host: 'localhost' port: " << port << " ca_file: 'certificate' " << more
          << " }\n"
-         << content(fs::path(MILLRACE_TEST_DATA) / "mail" / "plant.mail.textproto");
+         << content(test_data("mail/plant.mail.textproto"));
     write(config, text.str());
   }
   void start_service() {

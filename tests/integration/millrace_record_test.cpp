@@ -21,18 +21,7 @@ using testing::HasSubstr;
 
 constexpr const char* square_root = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
 
-class TheRecorder : public testing::Test {
- protected:
-  /// Runs `millrace ARGS` to its end.
-  Process run(Flags args) {
-    Process process = chain.millrace(std::move(args));
-    exit_code = process.wait();
-    return process;
-  }
-
-  Chain chain;
-  int exit_code = -1;
-};
+class TheRecorder : public ChainTest {};
 
 TEST_F(TheRecorder, RecordsEveryCallAndShowsItsTimeline) {
   const std::string file = chain.folder() / "run.mcap";

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/integration/chain.hpp"
+#include "tests/support/data.hpp"
 
 namespace millrace::tests::integration {
 namespace {
@@ -15,17 +16,9 @@ using testing::HasSubstr;
 using testing::Not;
 
 /// The requests of the demo's two programs with the answers of a square root service: six calls.
-const std::string demo_recording = MILLRACE_TEST_DATA "/recordings/demo.mcap";
+const std::string demo_recording = test_data("recordings/demo.mcap");
 
-std::size_t lines_with(const std::string& text, const std::string& what) {
-  std::size_t count = 0;
-  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) {
-    ++count;
-  }
-  return count;
-}
-
-class Replay : public testing::Test {
+class Replay : public ChainTest {
  protected:
   static std::string demo_program(int channel, const std::string& file) {
     return std::to_string(channel) + "=" + MILLRACE_DEMO_PROGRAMS "/" + file;
@@ -37,21 +30,11 @@ class Replay : public testing::Test {
                       demo_program(2, "square_roots.nc"), "--exit-when-idle"});
   }
 
-  /// Runs `millrace ARGS` to its end.
-  Process run(Flags args) {
-    Process process = chain.millrace(std::move(args));
-    exit_code = process.wait();
-    return process;
-  }
-
   Process wrong_square_root() const {
     Process process({MILLRACE_WRONG_SQUARE_ROOT, "--domain", std::to_string(chain.domain())});
     process.await("^ready: ");
     return process;
   }
-
-  Chain chain;
-  int exit_code = -1;
 };
 
 TEST_F(Replay, VerifiesAServiceAgainstARecordedRunAndFindsAWrongDigit) {

@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/data.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -23,7 +24,7 @@ class TheVariables : public testing::Test {
  protected:
   TheVariables()
       : cnc_({binary("millrace-cnc"), "--listen", "127.0.0.1:0", "--dir", folder_.path(),
-              "--config", MILLRACE_TEST_DATA "/vars/cnc.textproto"}),
+              "--config", test_data("vars/cnc.textproto")}),
         port_(cnc_.await("^ready: .* on 127\\.0\\.0\\.1:(\\d+)").at(1)) {}
 
   /// Runs `millrace vars cnc ARGS --direct` to its end; returns its output.
@@ -45,7 +46,7 @@ class TheVariables : public testing::Test {
 
   std::string gateway_configuration() {
     std::ostringstream text;
-    text << std::ifstream(MILLRACE_TEST_DATA "/vars/gateway.textproto").rdbuf();
+    text << std::ifstream(test_data("vars/gateway.textproto")).rdbuf();
     std::string content = text.str();
     content.replace(content.find("@PORT@"), 6, port_);
     const std::filesystem::path file = folder_.path() / "gateway.textproto";

@@ -21,6 +21,7 @@
 
 #include "tests/integration/chain.hpp"
 #include "tests/support/await.hpp"
+#include "tests/support/data.hpp"
 #include "tests/support/http_client.hpp"
 
 namespace millrace::tests::integration {
@@ -374,7 +375,7 @@ TEST_F(ThePrometheus, AlertsWhenCallsFail) {
   start_prometheus();
   service.emplace(chain.slow_service({"--work", "400"}));
   const auto program = chain.folder() / "slow_calls.nc";
-  std::ifstream endless(MILLRACE_TEST_DATA "/nc/chain/endless_calls.nc");
+  std::ifstream endless(test_data("nc/chain/endless_calls.nc"));
   const std::string text{std::istreambuf_iterator<char>(endless), {}};
   std::ofstream(program) << std::regex_replace(text, std::regex("UUID = \"[^\"]*\""),
                                                "UUID = \"c0ffee00-0000-4000-8000-000000000001\"");

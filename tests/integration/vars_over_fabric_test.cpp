@@ -13,6 +13,7 @@
 #include "fabric/wire/reader.hpp"
 #include "tests/integration/chain.hpp"
 #include "tests/support/await.hpp"
+#include "tests/support/data.hpp"
 #include "tests/support/wait_for.hpp"
 #include "tools/bus/operator.hpp"
 
@@ -38,7 +39,7 @@ constexpr const char* writable = "variables { write: \"V.E.*\" write: \"V.A.*\" 
 /// A virtual CNC with variables of every kind, and a client.
 class VariablesOverTheFabric : public testing::Test {
  protected:
-  Process start_cnc() { return chain.cnc({"--config", MILLRACE_TEST_DATA "/vars/cnc.textproto"}); }
+  Process start_cnc() { return chain.cnc({"--config", test_data("vars/cnc.textproto")}); }
   Process start_gateway(const std::string& more = writable) {
     Process gateway = chain.configured_gateway(machine(more));
     gateway.await_error("link up");
@@ -93,8 +94,8 @@ TEST_F(VariablesOverTheFabric, AreListedReadAndWrittenAsDirectlyAtTheController)
 }
 
 TEST_F(VariablesOverTheFabric, OfProgramsAreListedAsWhatTheyAre) {
-  Process cnc = chain.cnc({"--config", MILLRACE_TEST_DATA "/vars/cnc.textproto", "--run",
-                           "1=" MILLRACE_TEST_DATA "/vars/variables_of_its_own.nc"});
+  Process cnc = chain.cnc({"--config", test_data("vars/cnc.textproto"), "--run",
+                           "1=" + test_data("vars/variables_of_its_own.nc").string()});
   cnc.await("\\[ch1\\] waits");
   Process gateway = start_gateway();
   const std::string direct = "cnc=127.0.0.1:" + std::to_string(chain.port()) + "/127.0.0.1.1.1";

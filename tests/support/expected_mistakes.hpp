@@ -12,6 +12,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/data.hpp"
 #include "tests/support/sections.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -22,7 +23,7 @@ namespace millrace::tests {
 inline std::vector<std::pair<std::filesystem::path, Section>> write_bad_configurations(
     const std::string& program, const std::filesystem::path& folder) {
   std::vector<std::pair<std::filesystem::path, Section>> written;
-  for (Section& section : read_sections(MILLRACE_TEST_DATA "/config/bad/" + program + ".txt")) {
+  for (Section& section : read_sections(test_data("config/bad/" + program + ".txt"))) {
     const auto file = folder / (section.name + "." + program + ".textproto");
     std::ofstream(file, std::ios::binary) << section.text();
     written.emplace_back(file, std::move(section));

@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "tests/support/data.hpp"
+
 namespace millrace::tests {
 namespace {
 
@@ -42,7 +44,7 @@ bool append_line(std::string_view line, Bytes& out) {
 }  // namespace
 
 HexVectors read_hex_vectors(const std::string& file) {
-  std::ifstream in(std::string(MILLRACE_TEST_DATA) + "/" + file);
+  std::ifstream in(test_data(file));
   if (!in) {
     throw std::runtime_error(fmt::format("{}: cannot be read", file));
   }

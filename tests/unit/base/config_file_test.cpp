@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 
 #include "idl/gateway.pb.h"
+#include "tests/support/data.hpp"
 #include "tests/support/expected_mistakes.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -18,7 +19,7 @@ using testing::EndsWith;
 using testing::HasSubstr;
 
 std::filesystem::path data(const std::string& name) {
-  return std::filesystem::path(MILLRACE_TEST_DATA) / "config" / name;
+  return tests::test_data("config") / name;
 }
 
 auto read_bad(const std::string& name) {

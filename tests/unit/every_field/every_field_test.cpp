@@ -15,6 +15,7 @@
 #include "fabric/wire/codec.hpp"
 #include "fabric/words.hpp"
 #include "idl/recording.pb.h"
+#include "tests/support/data.hpp"
 #include "tests/support/hex_vectors.hpp"
 #include "tests/unit/every_field/filled.hpp"
 #include "tools/print/entry_text.hpp"
@@ -239,7 +240,7 @@ TEST(EveryField, IsRecordedAndReadBack) {
 // Each kind as an earlier version recorded it, full, empty and without its text, with that
 // version's JSON. The present version may print more.
 TEST(EveryField, OfAnEarlierRecordingIsRead) {
-  std::ifstream json(MILLRACE_TEST_DATA "/recordings/earlier.json");
+  std::ifstream json(tests::test_data("recordings/earlier.json"));
   const boost::json::value shown = boost::json::parse(json);
   std::set<std::string_view> kinds;
   for (const auto& [name, bytes] : tests::read_hex_vectors("recordings/earlier.hex")) {

@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/data.hpp"
 #include "tests/support/expected_mistakes.hpp"
 
 namespace millrace::fabric {
@@ -14,7 +15,7 @@ namespace {
 using testing::HasSubstr;
 
 std::string data(const std::string& name) {
-  return std::filesystem::path(MILLRACE_TEST_DATA) / "config" / name;
+  return tests::test_data("config") / name;
 }
 
 dds::ParticipantOptions parse(std::vector<std::string> arguments,

@@ -7,6 +7,7 @@
 #include "fabric/channel_scope.hpp"
 #include "fabric/participant_identity.hpp"
 #include "fabric/registry/identity.hpp"
+#include "tests/support/data.hpp"
 
 namespace millrace::fabric {
 namespace {
@@ -132,7 +133,7 @@ TEST(TheVersionOfAProcess, IsInTheNamesOfItsTopics) {
 }
 
 std::string read(const std::string& name) {
-  std::ifstream in(std::string(MILLRACE_TEST_DATA "/corpus/identity/") + name);
+  std::ifstream in(tests::test_data("corpus/identity") / name);
   return {std::istreambuf_iterator<char>(in), {}};
 }
 

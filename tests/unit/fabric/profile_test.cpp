@@ -12,6 +12,7 @@
 
 #include "fabric/profile/credentials.hpp"
 #include "idl/fabric.pb.h"
+#include "tests/support/data.hpp"
 #include "tests/support/expected_mistakes.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -22,7 +23,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 
 std::filesystem::path config_file(const std::string& name) {
-  return std::filesystem::path(MILLRACE_TEST_DATA) / "config" / name;
+  return tests::test_data("config") / name;
 }
 
 TEST(Profile, FillsTheOptionsOfAParticipant) {

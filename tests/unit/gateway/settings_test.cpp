@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "base/program/command_line.hpp"
+#include "tests/support/data.hpp"
 #include "tests/support/expected_mistakes.hpp"
 
 namespace millrace::gateway {
@@ -14,7 +15,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-const std::filesystem::path folder = std::filesystem::path(MILLRACE_TEST_DATA) / "config";
+const std::filesystem::path folder = tests::test_data("config");
 
 template <typename Function>
 std::string usage_error(Function function) {

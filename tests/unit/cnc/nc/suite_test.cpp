@@ -12,6 +12,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/data.hpp"
 #include "tests/support/sections.hpp"
 #include "tests/unit/cnc/nc/scenario.hpp"
 
@@ -43,7 +44,7 @@ TEST_P(NcSuite, ComesOutAsExpected) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Programs, NcSuite,
-                         testing::ValuesIn(tests::read_sections_in(MILLRACE_TEST_DATA "/nc/suite")),
+                         testing::ValuesIn(tests::read_sections_in(tests::test_data("nc/suite"))),
                          [](const auto& section) { return section.param.name; });
 
 using std::chrono::milliseconds;

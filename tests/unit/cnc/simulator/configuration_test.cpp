@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "base/program/command_line.hpp"
+#include "tests/support/data.hpp"
 #include "tests/support/expected_mistakes.hpp"
 
 namespace millrace::cnc::simulator {
@@ -13,7 +14,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
-const std::filesystem::path good = std::filesystem::path(MILLRACE_TEST_DATA) / "config/good";
+const std::filesystem::path good = tests::test_data("config/good");
 
 TEST(Configuration, ChangesNothingUndocumentedByDefault) {
   const Settings sut = parse_settings("", "empty");

@@ -34,6 +34,7 @@
 #include "cnc/simulator/machine.hpp"
 #include "cnc/simulator/objects/symbol_names.hpp"
 #include "cnc/simulator/virtual_device.hpp"
+#include "tests/support/data.hpp"
 
 namespace millrace::cnc::simulator {
 
@@ -268,7 +269,7 @@ void read_file(const std::filesystem::path& path, std::vector<Scenario>& scenari
 /// Every scenario of tests/data/simulator. Throws if there is none.
 std::vector<Scenario> read_scenarios() {
   std::vector<Scenario> scenarios;
-  const auto folder = std::filesystem::path(MILLRACE_TEST_DATA) / "simulator";
+  const auto folder = tests::test_data("simulator");
   std::vector<std::filesystem::path> files;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     if (entry.path().extension() == ".scenario") {

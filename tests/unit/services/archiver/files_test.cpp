@@ -8,6 +8,7 @@
 
 #include "services/archiver/archive.hpp"
 #include "services/archiver/segment.hpp"
+#include "tests/support/data.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/unit/services/archiver/rows.hpp"
 
@@ -69,7 +70,7 @@ class SchemaTest : public testing::Test {
  protected:
   /// Creates the file of an earlier version (tests/data/archiver).
   void make_old(const std::string& dump) const {
-    std::ifstream in(std::string(MILLRACE_TEST_DATA) + "/archiver/" + dump);
+    std::ifstream in(tests::test_data("archiver") / dump);
     std::stringstream sql;
     sql << in.rdbuf();
     SQLite::Database(file.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE).exec(sql.str());

@@ -11,6 +11,7 @@
 #include "services/archiver/archive.hpp"
 #include "services/archiver/config.hpp"
 #include "services/text/answer.hpp"
+#include "tests/support/data.hpp"
 #include "tests/support/expected_mistakes.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/unit/services/archiver/rows.hpp"
@@ -204,7 +205,7 @@ TEST(ArchiverAnswering, AnswersWithTheIdOrTheReason) {
 }
 
 std::filesystem::path data(const std::string& name) {
-  return std::filesystem::path(MILLRACE_TEST_DATA) / "config" / name;
+  return tests::test_data("config") / name;
 }
 
 TEST(ArchiverConfig, ReadsEveryField) {

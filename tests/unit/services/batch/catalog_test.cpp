@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "services/batch/config.hpp"
+#include "tests/support/data.hpp"
 #include "tests/support/expected_mistakes.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -97,7 +98,7 @@ TEST_F(CatalogFiles, ShowEachKindOfChange) {
 }
 
 std::filesystem::path data(const std::string& name) {
-  return std::filesystem::path(MILLRACE_TEST_DATA) / "config" / name;
+  return tests::test_data("config") / name;
 }
 
 TEST(BatchConfig, FillsDefaults) {

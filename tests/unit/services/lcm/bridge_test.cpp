@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "services/lcm/config.hpp"
+#include "tests/support/data.hpp"
 #include "tests/support/expected_mistakes.hpp"
 
 namespace millrace::services::lcm {
@@ -203,7 +204,7 @@ TEST_F(BridgeTest, ReportsThatALongMessageIsNotRead) {
 }
 
 std::filesystem::path data(const std::string& name) {
-  return std::filesystem::path(MILLRACE_TEST_DATA) / "config" / name;
+  return millrace::tests::test_data("config") / name;
 }
 
 TEST(LcmConfig, StaysOnThisHostByDefault) {

@@ -8,6 +8,7 @@
 #include "services/mail/answering.hpp"
 #include "services/mail/compose.hpp"
 #include "services/mail/config.hpp"
+#include "tests/support/data.hpp"
 #include "tests/support/expected_mistakes.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -162,7 +163,7 @@ TEST(MailAnswering, ShowsAnyTextOfAServer) {
 }
 
 std::filesystem::path data(const std::string& name) {
-  return std::filesystem::path(MILLRACE_TEST_DATA) / "config" / name;
+  return tests::test_data("config") / name;
 }
 
 TEST(MailConfig, FillsDefaults) {

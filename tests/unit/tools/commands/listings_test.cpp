@@ -17,6 +17,7 @@
 #include <gtest/gtest.h>
 
 #include "fabric/plant/assess.hpp"
+#include "tests/support/data.hpp"
 #include "tests/unit/tools/commands/plant.hpp"
 #include "tests/unit/tools/commands/small_fabric.hpp"
 #include "tools/commands/calls/call_list.hpp"
@@ -118,7 +119,7 @@ std::string one_call(const Format& format) {
 }
 
 mcap::FileSource demo_recording() {
-  return mcap::FileSource::open(MILLRACE_TEST_DATA "/recordings/demo.mcap").value();
+  return mcap::FileSource::open(millrace::tests::test_data("recordings/demo.mcap")).value();
 }
 
 std::string recorded_calls(const Format& format) {
@@ -317,7 +318,7 @@ TEST_P(Listing, IsThatOfItsFile) {
     sut += "\n== --csv\n" + table;
   }
   const std::filesystem::path file =
-      std::filesystem::path(MILLRACE_TEST_DATA) / "listings" / (GetParam().name + ".txt");
+      millrace::tests::test_data("listings") / (GetParam().name + ".txt");
   if (std::getenv("MILLRACE_WRITE_LISTINGS") != nullptr) {
     std::ofstream(file) << sut;
   }

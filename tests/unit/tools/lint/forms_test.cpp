@@ -14,6 +14,7 @@
 #include <gtest/gtest.h>
 
 #include "cnc/nc/channel.hpp"
+#include "tests/support/data.hpp"
 #include "tests/support/sections.hpp"
 #include "tools/lint/finding.hpp"
 #include "tools/lint/lint.hpp"
@@ -100,7 +101,7 @@ std::ostream& operator<<(std::ostream& out, const Form& form) {
 
 std::vector<Form> forms() {
   std::vector<Form> all;
-  for (const tests::Section& section : tests::read_sections(MILLRACE_TEST_DATA "/nc/forms.txt")) {
+  for (const tests::Section& section : tests::read_sections(tests::test_data("nc/forms.txt"))) {
     for (const auto& [verdict, text] : section.texts) {
       std::istringstream lines(text);
       for (std::string line; std::getline(lines, line);) {

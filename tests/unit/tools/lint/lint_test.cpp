@@ -10,6 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/data.hpp"
 #include "tests/support/sections.hpp"
 #include "tools/lint/finding.hpp"
 
@@ -56,7 +57,7 @@ TEST_P(Programs, HaveTheFindingsThatAreExpected) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Lint, Programs,
-                         testing::ValuesIn(tests::read_sections_in(MILLRACE_TEST_DATA "/lint")),
+                         testing::ValuesIn(tests::read_sections_in(tests::test_data("lint"))),
                          [](const auto& program) { return program.param.name; });
 
 std::string read_all(const std::filesystem::path& path) {
@@ -99,7 +100,7 @@ TEST(Lint, FindsInTheProgramsOfTheRepositoryWhatIsWrongThereAndNothingElse) {
                    return text.empty() ? std::nullopt : std::optional(Source{name, text});
                  });
   }
-  for (const auto& section : tests::read_sections_in(MILLRACE_TEST_DATA "/nc/suite")) {
+  for (const auto& section : tests::read_sections_in(tests::test_data("nc/suite"))) {
     for (const auto& [name, text] : section.texts) {
       if (name.empty() || name.ends_with(".nc")) {
         const std::string file = std::filesystem::relative(section.file, top).string();
@@ -109,7 +110,7 @@ TEST(Lint, FindsInTheProgramsOfTheRepositoryWhatIsWrongThereAndNothingElse) {
     }
   }
   ASSERT_GT(programs, 100U);
-  EXPECT_EQ(found, read_all(MILLRACE_TEST_DATA "/lint/repository.expected"));
+  EXPECT_EQ(found, read_all(tests::test_data("lint/repository.expected")));
 }
 
 TEST(Lint, NamesTheServiceThatWasMeant) {
