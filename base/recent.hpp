@@ -6,7 +6,6 @@
 //   if (const Command* known = commands.find(id)) …     // it keeps its age
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <list>
 #include <map>

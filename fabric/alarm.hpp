@@ -81,11 +81,4 @@ class AlarmSink {
   AlarmSink& operator=(const AlarmSink&) = default;
 };
 
-/// For parts whose alarms are not published.
-class NoAlarms final : public AlarmSink {
- public:
-  void raise(const Alarm& /*alarm*/) override {}
-  void clear(const std::string& /*kind*/, const std::string& /*subject*/) override {}
-};
-
 }  // namespace millrace::fabric

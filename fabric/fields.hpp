@@ -12,7 +12,6 @@
 #include <cstddef>
 #include <string_view>
 #include <type_traits>
-#include <utility>
 
 namespace millrace::fabric {
 

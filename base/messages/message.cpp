@@ -1,8 +1,5 @@
 #include "base/messages/message.hpp"
 
-#include <algorithm>
-#include <limits>
-
 namespace millrace::base::messages {
 
 namespace {

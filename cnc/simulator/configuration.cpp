@@ -1,9 +1,6 @@
 #include "cnc/simulator/configuration.hpp"
 
 #include <algorithm>
-#include <cerrno>
-#include <cmath>
-#include <cstring>
 #include <optional>
 #include <set>
 #include <utility>

@@ -3,7 +3,6 @@
 #include <cerrno>
 #include <cstring>
 #include <ctime>
-#include <iomanip>
 #include <sstream>
 #include <stdexcept>
 #include <string_view>

@@ -14,7 +14,6 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "cnc/ads/device.hpp"
 #include "cnc/variables/value.hpp"

@@ -1,6 +1,5 @@
 #include "fabric/endpoints/request_writers.hpp"
 
-#include <algorithm>
 #include <utility>
 
 #include <boost/asio/post.hpp>

@@ -1,7 +1,6 @@
 #include "fabric/plant/channel_view.hpp"
 
 #include <algorithm>
-#include <vector>
 
 #include "base/messages/catalogue.hpp"
 #include "fabric/channel_scope.hpp"

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <iterator>
-#include <set>
 
 #include "base/messages/catalogue.hpp"
 #include "base/text/ascii.hpp"

@@ -6,7 +6,6 @@
 // assess.hpp says what of it is wrong.
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 #include <map>
 #include <optional>

@@ -3,9 +3,6 @@
 #include <algorithm>
 #include <cctype>
 #include <chrono>
-#include <optional>
-#include <utility>
-#include <vector>
 
 #include <arpa/inet.h>
 #include <fmt/format.h>

@@ -16,7 +16,6 @@
 #include <set>
 #include <string>
 #include <unordered_map>
-#include <utility>
 
 #include "base/recent.hpp"
 #include "fabric/dds/entity.hpp"

@@ -1,6 +1,5 @@
 #include "services/archiver/samples.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 #include <boost/json/serialize.hpp>

@@ -6,7 +6,6 @@
 #pragma once
 
 #include <cstring>
-#include <new>
 #include <stdexcept>
 #include <string>
 #include <string_view>

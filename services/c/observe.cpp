@@ -2,7 +2,6 @@
 #include <condition_variable>
 #include <deque>
 #include <mutex>
-#include <sstream>
 
 #include "fabric/channel_scope.hpp"
 #include "fabric/observer/observer.hpp"

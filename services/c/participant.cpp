@@ -1,9 +1,7 @@
 #include "services/c/participant.hpp"
 
 #include <array>
-#include <cerrno>
 #include <cstdlib>
-#include <cstring>
 
 #include <spdlog/sinks/base_sink.h>
 

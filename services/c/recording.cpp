@@ -1,7 +1,6 @@
 // Recordings: their calls, one after the other.
 #include <condition_variable>
 #include <deque>
-#include <filesystem>
 #include <memory>
 #include <mutex>
 #include <optional>

@@ -6,7 +6,6 @@
 #include <spdlog/spdlog.h>
 
 #include "base/messages/catalogue.hpp"
-#include "base/program/supervisor.hpp"
 #include "fabric/alarm.hpp"
 #include "fabric/endpoints/command_endpoint.hpp"
 #include "services/sdk/host_program.hpp"

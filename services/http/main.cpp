@@ -1,5 +1,4 @@
 // millrace-http: URLs as services.
-#include <algorithm>
 #include <csignal>
 #include <optional>
 #include <set>

@@ -1,7 +1,6 @@
 // Makes the mail that a call requests. Pure.
 #pragma once
 
-#include <cstdint>
 #include <set>
 #include <string>
 #include <string_view>

@@ -1,7 +1,5 @@
 #include "services/mail/condition.hpp"
 
-#include <fmt/format.h>
-
 #include "base/messages/catalogue.hpp"
 
 namespace millrace::services::mail {

@@ -1,7 +1,6 @@
 #include "services/mail/mail_sender.hpp"
 
 #include <algorithm>
-#include <vector>
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>

@@ -1,7 +1,5 @@
 #include "services/sdk/runner.hpp"
 
-#include <exception>
-
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>

@@ -2,7 +2,6 @@
 // (IB/tf5200_service_interface/356533387): the square root of a number. Pure.
 #pragma once
 
-#include <string>
 #include <string_view>
 
 #include "services/sdk/response.hpp"

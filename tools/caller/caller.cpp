@@ -1,7 +1,5 @@
 #include "tools/caller/caller.hpp"
 
-#include <deque>
-
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <fmt/format.h>

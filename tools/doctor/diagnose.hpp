@@ -1,7 +1,6 @@
 // The meaning of an examination's findings, and the remedies. Pure.
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include <boost/json/object.hpp>

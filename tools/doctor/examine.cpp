@@ -8,7 +8,6 @@
 #include <utility>
 
 #include <boost/asio/io_context.hpp>
-#include <fmt/format.h>
 
 #include "base/messages/catalogue.hpp"
 #include "base/posix/system.hpp"

@@ -2,8 +2,6 @@
 #pragma once
 
 #include <chrono>
-#include <map>
-#include <optional>
 #include <set>
 #include <string>
 #include <vector>

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <string_view>
-#include <utility>
 
 #include "base/text/ascii.hpp"
 #include "cnc/nc/characters.hpp"

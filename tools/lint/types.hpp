@@ -5,7 +5,6 @@
 //   types.mistakes(operation.statement)    // {"REQUEST is a text, and a number is assigned to it …"}
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <set>
 #include <string>

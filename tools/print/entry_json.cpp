@@ -1,6 +1,5 @@
 // Entries as JSON and as rows of CSV.
 #include <algorithm>
-#include <array>
 #include <utility>
 
 #include <fmt/format.h>

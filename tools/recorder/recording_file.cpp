@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include <fmt/format.h>
-
 #include "tools/mcap/file.hpp"
 #include "tools/print/recording_report.hpp"
 #include "tools/recording/completeness.hpp"

@@ -8,7 +8,6 @@
 // A recording may be larger than memory, so the entries themselves are read twice and not kept.
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 #include <map>
 #include <optional>

@@ -5,9 +5,7 @@
 //   stage.play(options);
 #pragma once
 
-#include <functional>
 #include <map>
-#include <memory>
 #include <optional>
 #include <set>
 #include <string>

@@ -1,6 +1,5 @@
 #include "cnc/nc/run/evaluator.hpp"
 
-#include <algorithm>
 #include <vector>
 
 #include "cnc/nc/values/result.hpp"

@@ -1,6 +1,4 @@
 // All # commands.
-#include <array>
-#include <cmath>
 #include <utility>
 
 #include "cnc/nc/run/block.hpp"

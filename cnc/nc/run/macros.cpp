@@ -1,6 +1,5 @@
 #include "cnc/nc/run/macros.hpp"
 
-#include <utility>
 #include <vector>
 
 #include "cnc/nc/syntax/cursor.hpp"

@@ -1,4 +1,3 @@
-#include <utility>
 
 #include "cnc/nc/characters.hpp"
 #include "cnc/nc/syntax/parsers.hpp"

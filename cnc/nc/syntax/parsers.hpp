@@ -1,8 +1,6 @@
 // The parsers of the parts of a block. Each starts at the cursor and moves it.
 #pragma once
 
-#include <vector>
-
 #include "cnc/nc/syntax/cursor.hpp"
 #include "cnc/nc/syntax/expression.hpp"
 #include "cnc/nc/syntax/statement.hpp"

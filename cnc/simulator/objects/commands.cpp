@@ -1,5 +1,4 @@
 #include <cmath>
-#include <string>
 #include <utility>
 
 #include "cnc/ads/bytes.hpp"

@@ -6,8 +6,6 @@
 //   write(553, {0x120101, 0x105}, u32(4));              // state active: start it
 #pragma once
 
-#include <cstdint>
-
 #include "cnc/simulator/objects/object.hpp"
 
 namespace millrace::cnc::simulator::objects {

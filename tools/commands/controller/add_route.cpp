@@ -1,6 +1,4 @@
 // millrace controller add-route: adds a route to this host in a controller.
-#include <algorithm>
-#include <functional>
 #include <future>
 #include <random>
 

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <iostream>
-#include <iterator>
 #include <stdexcept>
 #include <utility>
 

@@ -1,7 +1,5 @@
 // millrace controller find: the controllers that answer an identify request.
-#include <algorithm>
 #include <future>
-#include <optional>
 #include <random>
 
 #include <boost/asio/co_spawn.hpp>
@@ -16,7 +14,6 @@
 
 #include "base/program/command_line.hpp"
 #include "base/text/cp1252.hpp"
-#include "base/text/quoted.hpp"
 #include "cnc/ads/security.hpp"
 #include "cnc/ads/stream.hpp"
 #include "tools/commands/controller/controller.hpp"

@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 
 #include "fabric/channel_scope.hpp"
-#include "fabric/words.hpp"
 #include "tools/commands/look/watch.hpp"
 
 namespace millrace::tools::commands::look {

@@ -2,7 +2,6 @@
 #include "tools/commands/look/machines.hpp"
 
 #include <algorithm>
-#include <functional>
 
 #include <fmt/format.h>
 

@@ -1,5 +1,4 @@
 // millrace call: calls a service without a controller.
-#include <algorithm>
 #include <chrono>
 #include <set>
 

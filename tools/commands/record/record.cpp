@@ -1,8 +1,6 @@
 #include "tools/commands/record/record.hpp"
 
-#include <algorithm>
 #include <ctime>
-#include <iterator>
 #include <map>
 #include <utility>
 

@@ -5,10 +5,8 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
-#include <memory>
 #include <set>
 #include <string>
-#include <vector>
 
 #include <CLI/App.hpp>
 

@@ -1,5 +1,4 @@
 // init, issue, renew, renew-authorities, revoke: the commands that write a PKI folder.
-#include <fstream>
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>

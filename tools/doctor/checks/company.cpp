@@ -4,8 +4,6 @@
 #include <string>
 #include <vector>
 
-#include <fmt/format.h>
-
 #include "base/messages/catalogue.hpp"
 #include "base/text/quoted.hpp"
 #include "tools/doctor/checks/checks.hpp"

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <chrono>
 #include <set>
 
 #include <fmt/chrono.h>

@@ -6,8 +6,6 @@
 #pragma once
 
 #include <chrono>
-#include <initializer_list>
-#include <map>
 #include <memory>
 #include <string>
 #include <string_view>

@@ -1,6 +1,5 @@
 #include "tools/web/metrics/metrics.hpp"
 
-#include "fabric/channel_scope.hpp"
 #include "fabric/words.hpp"
 
 namespace millrace::tools::web::metrics {

@@ -5,7 +5,6 @@
 #include "fabric/channel_scope.hpp"
 #include "fabric/data.hpp"
 #include "fabric/words.hpp"
-#include "tools/print/json.hpp"
 #include "tools/web/metrics/metrics.hpp"
 
 namespace millrace::tools::web::metrics {

@@ -1,7 +1,5 @@
 #include "tools/web/plant/call_store.hpp"
 
-#include <algorithm>
-
 #include "base/text/ascii.hpp"
 #include "tools/print/json.hpp"
 

@@ -1,5 +1,4 @@
 // The JSON objects of PlantModel.
-#include "fabric/channel_scope.hpp"
 #include "tools/print/data.hpp"
 #include "tools/print/entry_text.hpp"
 #include "tools/print/json.hpp"
