@@ -104,11 +104,9 @@ struct VariableReplyEndpoint::Impl {
     }
     const bool full = requesters.size() >= most_requesters;
     if (of[from] >= most_of_one || full) {
-      const auto most = of[from] >= most_of_one
-                            ? from
-                            : std::ranges::max_element(of, {}, [](const auto& participant) {
-                                return participant.second;
-                              })->first;
+      const auto by_count = [](const auto& count) { return count.second; };
+      const auto most =
+          of[from] >= most_of_one ? from : std::ranges::max_element(of, {}, by_count)->first;
       const auto oldest = std::ranges::find_if(requesters, [most](const auto& requester) {
         return requester.value.participant == most;
       });
