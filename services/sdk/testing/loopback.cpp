@@ -435,7 +435,7 @@ std::size_t Loopback::start(const ServiceOptions& options, Handler handler) {
   return start(options, as_async(std::move(handler)));
 }
 
-std::size_t Loopback::start(const ServiceOptions& options, AsyncHandler handler) {
+std::size_t Loopback::start(const ServiceOptions& options, const AsyncHandler& handler) {
   return impl_->start(options, handler);
 }
 

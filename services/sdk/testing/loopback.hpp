@@ -64,7 +64,7 @@ class Loopback {
   /// Starts an instance with its own threads; returns its number: 0, 1, … Throws as Service does.
   /// Of `options` count uuid, channels, delivery, completion_signal, concurrency and error_state.
   std::size_t start(const ServiceOptions& options, Handler handler);
-  std::size_t start(const ServiceOptions& options, AsyncHandler handler);
+  std::size_t start(const ServiceOptions& options, const AsyncHandler& handler);
   /// The instance dies. Its handlers continue in this process, but their responses are lost: its
   /// calls are dispatched again with a higher attempt, or blocked if they may run at most once.
   void kill(std::size_t instance);
