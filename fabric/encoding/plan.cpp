@@ -23,7 +23,7 @@ bool is_number(Kind kind) {
 }
 
 void put_varint(std::string& out, std::uint64_t number) {
-  std::array<char, 10> bytes;
+  std::array<char, 10> bytes{};
   std::size_t size = 0;
   for (; number >= 0x80; number >>= 7U) {
     bytes[size++] = static_cast<char>(number | 0x80U);
