@@ -221,11 +221,14 @@ void GatewayProcess::on_instance_ready(const fabric::InstanceIdentity& instance)
 }
 
 void GatewayProcess::on_instance_changed(const fabric::InstanceIdentity& instance) {
+  core_->on_other_event();
   checker_.on_ready(instance);
   core_->on_instance_ready(mistakes_.seen(instance));
 }
 
 void GatewayProcess::on_instance_gone(const fabric::InstanceId& instance) {
+  // What a gateway that stood still does before it handles this, it does without this.
+  core_->on_other_event();
   note("loses instance " + instance.to_string().substr(0, 8));
   checker_.on_gone(instance);
   if (!mistakes_.makes(Bug::instance_loss_ignored)) {
