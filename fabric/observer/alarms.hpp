@@ -1,7 +1,7 @@
 // Which alarms are news: a program says each of its own again and again while it holds. Pure.
 //
-//   alarms.on_alarm(alarm)        the first time, or when it says something else
-//   alarms.over(key)           with what it said last
+//   alarms.on_alarm(alarm)     news: the first time, or with another text
+//   alarms.over(key)           the alarm with its last text
 #pragma once
 
 #include <algorithm>

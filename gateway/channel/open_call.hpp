@@ -141,8 +141,8 @@ class OpenCall {
   void check_deadlines(ChannelOutput& out, Moment now);
 
   /// Lets the next interim answer begin its way, if it is its turn. `text_is_own`: a text that the
-  /// channel shows is of no other writer. Else the same interim text of another one would be taken
-  /// for a write that is still on its way, and lands after the final answer.
+  /// channel shows is of no other writer. Else an equal interim text of another writer would be
+  /// taken for the own write, which is still on its way and would land after the final answer.
   void begin_writing(bool text_is_own, ChannelOutput& out);
   /// The response being written, or nullptr.
   [[nodiscard]] AnswerWriter* writer();

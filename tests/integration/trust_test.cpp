@@ -69,6 +69,13 @@ TEST_F(Trust, ShowsAStrangerNothing) {
   EXPECT_THAT(sut.ask({"services", "-i"}, sut.as("screen")), HasSubstr(root_uuid));
 }
 
+// A service that is there, and not authenticated yet, was called absent.
+TEST_F(Trust, LeavesTimeForAuthenticationBeforeACallIsWithoutAService) {
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_THAT(sut.ask({"call", another, "2"}, sut.as("bench"), 1), HasSubstr("no service"));
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, std::chrono::seconds(3));
+}
+
 TEST_F(Trust, IgnoresTheAnswerOfAStranger) {
   Process stranger = sut.square_root();
   Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc"), "--exit-when-idle"});

@@ -19,13 +19,14 @@ struct Patience {
   std::chrono::milliseconds at_least{700};
   /// Listens on until no new process came for this long.
   std::chrono::milliseconds quiet{200};
-  std::chrono::milliseconds at_most{5000};
+  std::chrono::milliseconds at_most{10000};
   /// With trust: the longest wait for announced participants to be authenticated. A participant of
   /// another plant never is.
   std::chrono::milliseconds authentication{3000};
 };
 
-/// Ends after Patience::at_most at the latest. A late timer starts Patience::at_least again.
+/// Ends after Patience::at_most at the latest. A late timer starts Patience::at_least and
+/// Patience::authentication again.
 class ListeningTime {
  public:
   using Clock = std::chrono::steady_clock;
@@ -48,9 +49,10 @@ class ListeningTime {
   void on_timer(Clock::time_point due, Clock::time_point now) {
     if (now - due > most_late) {
       until_ = std::max(until_, now + patience_.at_least);
+      authentication_until_ = now + patience_.authentication;
     }
   }
-  /// `unauthenticated` while an announced participant is not authenticated.
+  /// `unauthenticated` while an announced participant is not authenticated, or may not be.
   [[nodiscard]] Clock::time_point end(bool unauthenticated = false) const {
     return std::min(unauthenticated ? std::max(until_, authentication_until_) : until_,
                     start_ + patience_.at_most);

@@ -18,6 +18,7 @@ OneCall::OneCall(fabric::dds::Participant& participant, const Slot& slot, const 
     : order_(order),
       grace_(io_),
       time_(grace, Clock::now()),
+      has_trust_(participant.options().trust != nullptr),
       caller_(participant, io_.get_executor(), *this, slot) {}
 
 Ended OneCall::run() {
@@ -46,7 +47,7 @@ void OneCall::wait_for_a_service() {
     }
     const auto now = Clock::now();
     time_.on_timer(due, now);
-    if (now < time_.end()) {
+    if (now < time_.end(has_trust_)) {
       wait_for_a_service();
       return;
     }

@@ -227,7 +227,7 @@ void GatewayProcess::on_instance_changed(const fabric::InstanceIdentity& instanc
 }
 
 void GatewayProcess::on_instance_gone(const fabric::InstanceId& instance) {
-  // What a gateway that stood still does before it handles this, it does without this.
+  // A gateway that stood still first does what is due, without knowledge of this event.
   core_->on_other_event();
   note("loses instance " + instance.to_string().substr(0, 8));
   checker_.on_gone(instance);

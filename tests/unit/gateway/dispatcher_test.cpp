@@ -32,6 +32,12 @@ fabric::InstanceIdentity instance(std::uint8_t number) {
   return identity;
 }
 
+fabric::InstanceIdentity at_most_once(std::uint8_t number) {
+  fabric::InstanceIdentity identity = instance(number);
+  identity.delivery = fabric::Delivery::at_most_once;
+  return identity;
+}
+
 CallRecord call(std::uint16_t channel, const std::string& wanted = uuid) {
   CallRecord record;
   record.id = {1, channel};
@@ -77,6 +83,13 @@ class DispatcherTest : public testing::Test {
     for (const auto number : numbers) {
       sut.on_instance_ready(instance(number));
     }
+  }
+  /// Channel 1's call, which may run at most once, is blocked: its instance is gone.
+  void block_call_of(const fabric::InstanceIdentity& identity) {
+    sut.on_instance_ready(identity);
+    add(1);
+    sut.on_instance_gone(identity.id, start);
+    EXPECT_THAT(words(sut.on_time(start + 100ms)), ElementsAre("1 held"));
   }
   std::vector<std::string> add(std::uint16_t channel) { return words(sut.add(call(channel))); }
   std::vector<std::string> remove(std::uint16_t channel) { return words(sut.remove({1, channel})); }
@@ -251,9 +264,7 @@ TEST_F(DispatcherTest, DispatchesNothingNewToAnInstanceThatIsGone) {
 }
 
 TEST_F(DispatcherTest, BlocksAnAtMostOnceCallWhoseInstanceIsLost) {
-  auto identity = instance(1);
-  identity.delivery = fabric::Delivery::at_most_once;
-  sut.on_instance_ready(identity);
+  sut.on_instance_ready(at_most_once(1));
   add(1);
   ready({2});
   sut.on_instance_gone(id(1), start);
@@ -265,24 +276,14 @@ TEST_F(DispatcherTest, BlocksAnAtMostOnceCallWhoseInstanceIsLost) {
 }
 
 TEST_F(DispatcherTest, ReturnsABlockedCallToItsInstance) {
-  auto identity = instance(1);
-  identity.delivery = fabric::Delivery::at_most_once;
-  sut.on_instance_ready(identity);
-  add(1);
-  sut.on_instance_gone(id(1), start);
-  sut.on_time(start + 100ms);
-  EXPECT_THAT(words(sut.on_instance_ready(identity)), ElementsAre("1→1#1"));
+  block_call_of(at_most_once(1));
+  EXPECT_THAT(words(sut.on_instance_ready(at_most_once(1))), ElementsAre("1→1#1"));
 }
 
 TEST_F(DispatcherTest, ForgetsABlockedCallThatIsOver) {
-  auto identity = instance(1);
-  identity.delivery = fabric::Delivery::at_most_once;
-  sut.on_instance_ready(identity);
-  add(1);
-  sut.on_instance_gone(id(1), start);
-  sut.on_time(start + 100ms);
+  block_call_of(at_most_once(1));
   EXPECT_THAT(remove(1), IsEmpty());
-  EXPECT_THAT(words(sut.on_instance_ready(identity)), IsEmpty());
+  EXPECT_THAT(words(sut.on_instance_ready(at_most_once(1))), IsEmpty());
 }
 
 TEST_F(DispatcherTest, ResumesACallAtTheInstanceThatHadIt) {

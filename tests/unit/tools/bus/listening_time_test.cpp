@@ -39,6 +39,11 @@ TEST_F(ListeningTimeTest, WaitsForTheProofOfAnAnnouncedParticipant) {
   EXPECT_EQ(sut.end(false), start + 700ms);
 }
 
+TEST_F(ListeningTimeTest, WaitsLongerForTheProofOnABusyHost) {
+  sut.on_timer(start + 400ms, start + 421ms);
+  EXPECT_EQ(sut.end(true), start + 3421ms);
+}
+
 TEST_F(ListeningTimeTest, EndsAlsoOnAHostThatIsAlwaysBusy) {
   sut.on_timer(start + 4900ms, start + 4950ms);
   sut.on_news(start + 4950ms);
