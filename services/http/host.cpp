@@ -19,6 +19,10 @@ using std::chrono::milliseconds;
 
 /// Between two checks of an endpoint that is not reachable, at most.
 constexpr milliseconds retry_period{1000};
+/// Between two announcements of an endpoint whose checks succeed and whose calls do not begin, at
+/// most, and how long it must go on without such a call (both our choice).
+constexpr milliseconds longest_pause{5000};
+constexpr milliseconds probation{10000};
 /// Of one check.
 constexpr milliseconds check_limit{5000};
 /// Between two looks for changed files, and at a result that could not be read.
@@ -142,9 +146,11 @@ void Host::checked(Served& served, const Exchange& exchange) {
   served.check.reset();
   const Endpoint& endpoint = *served.endpoint;
   if (exchange.end != Exchange::End::responded && exchange.end != Exchange::End::too_long) {
+    served.not_begun = 0;
     take_down(served,
               fmt::format("the endpoint {} does not answer: {}", endpoint.url, exchange.reason));
   } else if (!endpoint.health_url.empty() && exchange.status / hundred != success) {
+    served.not_begun = 0;
     take_down(served, fmt::format("the endpoint {} does not serve: {} returns HTTP {}",
                                   endpoint.url, endpoint.health_url, exchange.status));
   } else if (!served.announced && !served.dismissed && !stopping_) {
@@ -170,8 +176,11 @@ void Host::announce(Served& served) {
                   }
                 }});
     served.announced = number;
-    served.trouble.clear();
-    alarms_.clear(alarm_kind, alarm_subject(endpoint));
+    if (served.not_begun == 0) {
+      recover(served);
+    } else {
+      served.recovered_at = Clock::now() + probation;
+    }
     log_->info("{} serves {} with {}", endpoint.announcement.name, endpoint.announcement.uuid,
                endpoint.url);
   } catch (const std::exception& error) {
@@ -192,8 +201,20 @@ void Host::take_down(Served& served, const std::string& reason) {
     log_->warn("{}; {} is not served with it", reason, endpoint.announcement.uuid);
   }
   drain(served);
+  served.recovered_at = Time::max();
+  const milliseconds pause = std::min(endpoint.health_period, retry_period);
   served.next_check =
-      std::min(served.next_check, Clock::now() + std::min(endpoint.health_period, retry_period));
+      served.not_begun == 0
+          ? std::min(served.next_check, Clock::now() + pause)
+          : Clock::now() + std::min(pause * (1U << served.not_begun), longest_pause);
+}
+
+/// A check proves a connection; that a call begins is proved by a response.
+void Host::recover(Served& served) {
+  served.trouble.clear();
+  served.not_begun = 0;
+  served.recovered_at = Time::max();
+  alarms_.clear(alarm_kind, alarm_subject(*served.endpoint));
 }
 
 void Host::drain(Served& served) {
@@ -307,6 +328,12 @@ void Host::ended(Number number, fabric::CallId id, const Exchange& exchange) {
   running->transfer.reset();
   const bool is_result = !running->result_url.empty();
   const Verdict verdict = judge(*at.endpoint, exchange);
+  Served* const served = served_of(number);
+  const bool has_answered =
+      !std::holds_alternative<NotBegun>(verdict) && !std::holds_alternative<Lost>(verdict);
+  if (served != nullptr && served->not_begun > 0 && has_answered) {
+    recover(*served);
+  }
   if (const auto* answer = std::get_if<Answer>(&verdict)) {
     end(at, id, answer->response);
   } else if (const auto* accepted = std::get_if<Accepted>(&verdict)) {
@@ -327,7 +354,9 @@ void Host::ended(Number number, fabric::CallId id, const Exchange& exchange) {
   } else if (const auto* not_begun = std::get_if<NotBegun>(&verdict)) {
     running->call->decline(fmt::format("{}: {}", at.endpoint->url, not_begun->reason));
     at.calls.erase(id);
-    if (Served* const served = served_of(number)) {
+    if (served != nullptr) {
+      constexpr unsigned most_counted = 8;
+      served->not_begun = std::min(served->not_begun + 1, most_counted);
       take_down(*served, fmt::format("the endpoint {} does not answer: {}", at.endpoint->url,
                                      not_begun->reason));
     }
@@ -378,6 +407,9 @@ void Host::on_time(Time now) {
   if (!stopping_) {
     reload_if_changed(now);
     for (Served& served : served_) {
+      if (served.recovered_at <= now) {
+        recover(served);
+      }
       if (!served.check && served.next_check <= now) {
         check(served, now);
       }

@@ -78,8 +78,13 @@ class Host {
     std::optional<Number> announced{};
     std::optional<Transfers::Id> check{};
     Time next_check{};
-    /// Why it is not announced; empty before the first check.
+    /// Why it is not announced, or has proved nothing since; empty before the first check.
     std::string trouble{};
+    /// Calls in a row that have not begun, although its checks succeed, as at a proxy that answers
+    /// and forwards nothing.
+    unsigned not_begun = 0;
+    /// After such calls: it has recovered, unless a call fails until then.
+    Time recovered_at = Time::max();
     /// An operator has drained its instance.
     bool dismissed = false;
   };
@@ -99,6 +104,7 @@ class Host {
   void checked(Served& served, const Exchange& exchange);
   void announce(Served& served);
   void take_down(Served& served, const std::string& reason);
+  void recover(Served& served);
   void drain(Served& served);
   [[nodiscard]] Served* served_of(Number number);
 

@@ -159,6 +159,13 @@ TEST_F(HttpFailures, ACallWaitsForAProxyThatForwardsNothing) {
     await_doctor("/echo does not answer: .*" + (status.empty() ? "port " + proxy_port : status));
     if (status.empty()) {
       start_proxy();
+    } else {
+      // A regression: each check of the connection cleared the alarm, until the next call failed.
+      for (int i = 0; i < 5; ++i) {
+        Process report = chain.millrace({"status"});
+        report.wait();
+        EXPECT_THAT(report.output(), HasSubstr("/echo does not answer"));
+      }
     }
     fs::remove(chain.folder() / "refuse");
     expect_end(2);

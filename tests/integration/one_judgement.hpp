@@ -19,6 +19,7 @@
 #include <gtest/gtest.h>
 
 #include "base/text/times.hpp"
+#include "fabric/messages.hpp"
 #include "tests/integration/chain.hpp"
 #include "tests/support/await.hpp"
 #include "tests/support/http_client.hpp"

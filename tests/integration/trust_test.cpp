@@ -5,6 +5,7 @@
 #include <fstream>
 #include <string>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -23,6 +24,12 @@ class Trust : public testing::Test {
  protected:
   void SetUp() override { sut.set_up_plant(); }
 
+  Process start_service_of_another_plant() {
+    sut.trust({"init", sut.plant("elsewhere")});
+    sut.trust(
+        {"issue", sut.plant("elsewhere"), "square-root", "--role", "service", "--uuid", root_uuid});
+    return sut.square_root(sut.profile(sut.plant("elsewhere") + "/square-root"));
+  }
   /// The message of a program that refuses to start.
   std::string refusal(const std::string& program, Flags flags, int expected) {
     flags.insert(flags.begin(), binary(program));
@@ -153,10 +160,7 @@ TEST_F(Trust, AllowsOnlyGatewaysToServeMachines) {
 }
 
 TEST_F(Trust, OfAnotherPkiIsIgnored) {
-  sut.trust({"init", sut.plant("elsewhere")});
-  sut.trust(
-      {"issue", sut.plant("elsewhere"), "square-root", "--role", "service", "--uuid", root_uuid});
-  Process forged = sut.square_root(sut.profile(sut.plant("elsewhere") + "/square-root"));
+  Process forged = start_service_of_another_plant();
   Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc")});
   Process gateway = sut.gateway(sut.as("gateway-1"));
   gateway.await_error("no service has the UUID");
@@ -171,6 +175,16 @@ TEST_F(Trust, OfAnotherPkiIsIgnored) {
     ++lines;
   }
   EXPECT_LE(lines, 2U) << said;
+}
+
+// `calls` and `data` said that there is nothing while participants were not authenticated yet.
+TEST_F(Trust, LeavesTimeForAuthenticationBeforeNothingIsListed) {
+  Process unauthenticated = start_service_of_another_plant();
+  for (const std::string command : {"calls", "data", "services"}) {
+    const auto begin = std::chrono::steady_clock::now();
+    EXPECT_THAT(sut.ask({command}, sut.as("screen")), HasSubstr("no ")) << command;
+    EXPECT_GE(std::chrono::steady_clock::now() - begin, std::chrono::seconds(3)) << command;
+  }
 }
 
 TEST_F(Trust, CanGrantMoreWhenItIsIssuedAgain) {

@@ -4,13 +4,13 @@
 #include <csignal>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
 
 #include "fabric/dds/entity.hpp"
-#include "fabric/observer/observer.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/topics.hpp"
 
@@ -19,17 +19,23 @@ namespace millrace::tools::bus {
 namespace {
 
 using Clock = ListeningTime::Clock;
+using OnEntry = std::function<void(const fabric::observer::Entry&)>;
 
 struct Listener : fabric::observer::ObserverListener {
-  explicit Listener(Patience patience) : time(patience, Clock::now()) {}
+  Listener(Patience patience, OnEntry own_hand_out)
+      : hand_out(std::move(own_hand_out)), time(patience, Clock::now()) {}
 
   void on_entry(fabric::observer::Entry entry) override {
+    if (hand_out) {
+      hand_out(entry);
+    }
     // Load and calls change all the time and show nothing about missing processes.
     if (live.add(entry)) {
       time.on_news(Clock::now());
     }
   }
 
+  const OnEntry hand_out;
   fabric::plant::Plant live;
   ListeningTime time;
 };
@@ -90,24 +96,26 @@ class Unauthenticated {
 /// On a fabric, and what it has seen there.
 class Visit {
  public:
-  Visit(const fabric::dds::ParticipantOptions& options, Patience patience)
+  Visit(const fabric::dds::ParticipantOptions& options, Patience patience,
+        fabric::observer::Interest interest = fabric::observer::Interest::states,
+        OnEntry hand_out = nullptr)
       : participant_(options),
-        listener_(patience),
-        observer_(participant_, io_.get_executor(), listener_, fabric::observer::Interest::states) {
+        listener_(patience, std::move(hand_out)),
+        observer_(participant_, io_.get_executor(), listener_, interest) {
     if (options.trust) {
       unauthenticated_.emplace(participant_);
     }
   }
 
   /// Until no new process comes, or `enough`.
-  void listen(const std::function<bool(const fabric::plant::Plant&)>& enough) {
+  void listen(const std::function<bool(const fabric::plant::Plant&)>& enough = nullptr) {
     for (;;) {
       if (unauthenticated_ && unauthenticated_->drain()) {
         listener_.time.on_news(Clock::now());
       }
       const auto end = listener_.time.end(unauthenticated_ && unauthenticated_->any());
       const auto begun = Clock::now();
-      if (begun >= end || is_asked_to_end_ || enough(listener_.live)) {
+      if (begun >= end || is_asked_to_end_ || (enough && enough(listener_.live))) {
         return;
       }
       const auto due = std::min(end, begun + ListeningTime::look_again);
@@ -149,6 +157,13 @@ class Visit {
 
 }  // namespace
 
+Patience patience_of(std::chrono::nanoseconds time) {
+  Patience patience;
+  patience.at_least = std::chrono::ceil<std::chrono::milliseconds>(time);
+  patience.at_most += patience.at_least;
+  return patience;
+}
+
 std::set<std::string> other_fabrics(const fabric::dds::Participant& participant) {
   constexpr std::size_t most_fabrics = 16;
   const fabric::dds::Entity writers(fabric::dds::check(
@@ -180,12 +195,17 @@ fabric::plant::Plant take_snapshot(const fabric::dds::ParticipantOptions& option
   return std::move(visit.live());
 }
 
+void listen(const fabric::dds::ParticipantOptions& options, Patience patience,
+            fabric::observer::Interest interest, const OnEntry& on_entry) {
+  Visit(options, patience, interest, on_entry).listen();
+}
+
 void watch(const fabric::dds::ParticipantOptions& options, Patience patience,
            std::chrono::milliseconds period,
            const std::function<bool(const fabric::plant::Plant&)>& draw) {
   Visit visit(options, patience);
   visit.end_on_signals();
-  visit.listen([](const fabric::plant::Plant&) { return false; });
+  visit.listen();
   for (auto next = Clock::now(); visit.listen_until(next) && draw(visit.live());) {
     next = std::max(next + period, Clock::now());
   }

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "fabric/dds/participant.hpp"
+#include "fabric/observer/observer.hpp"
 #include "fabric/plant/plant.hpp"
 
 namespace millrace::tools::bus {
@@ -24,6 +25,9 @@ struct Patience {
   /// another plant never is.
   std::chrono::milliseconds authentication{3000};
 };
+
+/// At least `time`, and as much longer as a busy host may need.
+Patience patience_of(std::chrono::nanoseconds time);
 
 /// Ends after Patience::at_most at the latest. A late timer starts Patience::at_least and
 /// Patience::authentication again.
@@ -74,8 +78,12 @@ std::set<std::string> other_fabrics(const fabric::dds::Participant& participant)
 /// std::runtime_error if the fabric cannot be joined.
 fabric::plant::Plant take_snapshot(
     const fabric::dds::ParticipantOptions& options, Patience patience = {},
-    const std::function<bool(const fabric::plant::Plant&)>& enough =
-        [](const fabric::plant::Plant&) { return false; });
+    const std::function<bool(const fabric::plant::Plant&)>& enough = nullptr);
+
+/// Hands out each entry until no new process comes. Throws as take_snapshot().
+void listen(const fabric::dds::ParticipantOptions& options, Patience patience,
+            fabric::observer::Interest interest,
+            const std::function<void(const fabric::observer::Entry&)>& on_entry);
 
 /// Calls `draw` once no new process comes, and then every `period`, until it returns false, or
 /// SIGINT or SIGTERM. Throws as take_snapshot().

@@ -9,7 +9,6 @@
 #include "tools/bus/snapshot.hpp"
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/calls/call_list.hpp"
-#include "tools/commands/data/listen.hpp"
 #include "tools/commands/names.hpp"
 #include "tools/print/entry_text.hpp"
 #include "tools/print/json.hpp"
@@ -25,11 +24,8 @@ constexpr std::uint64_t listed = 20;
 /// All that is still on the fabric of calls, and what comes while it listens.
 void listen(const CallsOptions& options,
             const std::function<void(const recording::Entry&)>& on_entry) {
-  data::listen(options.fabric.options(), fabric::observer::Interest::everything, options.wait,
-               [&](const recording::Entry& entry) {
-                 on_entry(entry);
-                 return true;
-               });
+  bus::listen(options.fabric.options(), bus::patience_of(options.wait),
+              fabric::observer::Interest::everything, on_entry);
 }
 
 int list(const CallsOptions& options) {
@@ -103,7 +99,7 @@ CallsOptions::CallsOptions(CLI::App& command)
                   "The last COUNT calls; default 20. With -f: end after COUNT calls")
       ->check(base::program::positive_number());
   command.add_flag("--lines", lines, "With -f: lines on a terminal, too");
-  add_duration(command, "--wait", wait, "Without -f: listen this long; 700ms unless given");
+  add_duration(command, "--wait", wait, "Without -f: listen for at least this time; default 700ms");
 }
 
 void add_calls(CLI::App& app, Chosen& chosen) {

@@ -5,7 +5,6 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
@@ -20,35 +19,38 @@ namespace millrace::tools::commands::data {
 
 namespace {
 
-using OnEntry = std::function<bool(const recording::Entry&)>;
-
-class Listener : public fabric::observer::ObserverListener {
+/// Prints what is wanted.
+class Follower : public fabric::observer::ObserverListener {
  public:
-  Listener(fabric::dds::Participant& participant, fabric::observer::Interest interest,
-           std::optional<std::chrono::nanoseconds> wait, const OnEntry& on_entry)
-      : on_entry_(on_entry),
-        timer_(io_),
+  Follower(fabric::dds::Participant& participant, const DataOptions& options, const Wanted& wanted)
+      : options_(options),
+        wanted_(wanted),
         signals_(io_, SIGINT, SIGTERM),
-        observer_(participant, io_.get_executor(), *this, interest) {
+        observer_(participant, io_.get_executor(), *this, fabric::observer::Interest::data) {
     signals_.async_wait([this](const boost::system::error_code&, int) { io_.stop(); });
-    if (wait) {
-      timer_.expires_after(*wait);
-      timer_.async_wait([this](const boost::system::error_code&) { io_.stop(); });
-    }
   }
 
   void run() { io_.run(); }
 
   void on_entry(recording::Entry entry) override {
-    if (!io_.stopped() && !on_entry_(entry)) {
+    if (io_.stopped() || !wanted_(entry)) {
+      return;
+    }
+    if (options_.output.json) {
+      print::print_json(print::json_of(entry));
+    } else {
+      fmt::print("{}\n", print::line_of(entry));
+    }
+    if (std::fflush(stdout) != 0 || ++seen_ == options_.count) {
       io_.stop();
     }
   }
 
  private:
-  const OnEntry& on_entry_;
+  const DataOptions& options_;
+  const Wanted& wanted_;
+  std::uint64_t seen_ = 0;
   boost::asio::io_context io_{1};
-  boost::asio::steady_timer timer_;
   boost::asio::signal_set signals_;
   fabric::observer::Observer observer_;
 };
@@ -65,7 +67,7 @@ DataOptions::DataOptions(CLI::App& command, const std::string& what)
       command.add_flag("-f,--follow", follows, "Continue, with one line for each " + what));
   command.add_option("--count", count, "With -f: end after this number of lines")
       ->check(base::program::positive_number());
-  add_duration(command, "--wait", wait, "Listen for this time; default 700ms");
+  add_duration(command, "--wait", wait, "Without -f: listen for at least this time; default 700ms");
 }
 
 bool DataOptions::takes(const fabric::ChannelKey& key) const {
@@ -83,26 +85,9 @@ int DataOptions::report_no_data(const Names& known) const {
   return base::program::exit_failed;
 }
 
-void listen(const fabric::dds::ParticipantOptions& fabric, fabric::observer::Interest interest,
-            std::optional<std::chrono::nanoseconds> wait, const OnEntry& on_entry) {
-  fabric::dds::Participant participant(fabric);
-  Listener(participant, interest, wait, on_entry).run();
-}
-
 int follow(const DataOptions& options, const Wanted& wanted) {
-  std::uint64_t seen = 0;
-  listen(options.fabric.options(), fabric::observer::Interest::data, std::nullopt,
-         [&](const recording::Entry& entry) {
-           if (!wanted(entry)) {
-             return true;
-           }
-           if (options.output.json) {
-             print::print_json(print::json_of(entry));
-           } else {
-             fmt::print("{}\n", print::line_of(entry));
-           }
-           return std::fflush(stdout) == 0 && ++seen != options.count;
-         });
+  fabric::dds::Participant participant(options.fabric.options());
+  Follower(participant, options, wanted).run();
   return base::program::exit_done;
 }
 
@@ -111,14 +96,14 @@ Received receive(const DataOptions& options, const Wanted& wanted) {
   Names machines;
   const auto interest = options.machine.empty() ? fabric::observer::Interest::data
                                                 : fabric::observer::Interest::everything;
-  listen(options.fabric.options(), interest, options.wait, [&](const recording::Entry& entry) {
-    if (wanted(entry)) {
-      last.add(entry);
-    } else if (const auto* status = std::get_if<fabric::MachineStatus>(&entry.sample)) {
-      machines.push_back(status->machine);
-    }
-    return true;
-  });
+  bus::listen(options.fabric.options(), bus::patience_of(options.wait), interest,
+              [&](const recording::Entry& entry) {
+                if (wanted(entry)) {
+                  last.add(entry);
+                } else if (const auto* status = std::get_if<fabric::MachineStatus>(&entry.sample)) {
+                  machines.push_back(status->machine);
+                }
+              });
   return {last.rows(), std::move(machines)};
 }
 

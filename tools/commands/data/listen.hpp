@@ -9,11 +9,9 @@
 
 #include <chrono>
 #include <functional>
-#include <optional>
 #include <string>
 
 #include "base/program/command_line.hpp"
-#include "fabric/observer/observer.hpp"
 #include "fabric/profile/command_line.hpp"
 #include "tools/commands/listing_flags.hpp"
 #include "tools/commands/names.hpp"
@@ -59,12 +57,6 @@ struct DataOptions {
 };
 
 using Wanted = std::function<bool(const recording::Entry&)>;
-
-/// Joins, hands out each entry, and leaves: after a signal, after `wait` unless that is nothing, or
-/// when `on_entry` returns false.
-void listen(const fabric::dds::ParticipantOptions& fabric, fabric::observer::Interest interest,
-            std::optional<std::chrono::nanoseconds> wait,
-            const std::function<bool(const recording::Entry&)>& on_entry);
 
 /// --follow: a line for each entry that is `wanted`, until a signal, --count, or the output is
 /// closed. Returns the exit code.

@@ -11,15 +11,8 @@ SnapshotOptions::SnapshotOptions(CLI::App& command)
                "participants are authenticated");
 }
 
-bus::Patience SnapshotOptions::patience() const {
-  bus::Patience patience;
-  patience.at_least = std::chrono::ceil<std::chrono::milliseconds>(wait);
-  patience.at_most += patience.at_least;
-  return patience;
-}
-
 fabric::plant::Plant SnapshotOptions::look() const {
-  return bus::take_snapshot(fabric.options(), patience());
+  return bus::take_snapshot(fabric.options(), bus::patience_of(wait));
 }
 
 LookOptions::LookOptions(CLI::App& command, const std::string& what_name,

@@ -24,7 +24,6 @@ struct SnapshotOptions {
 
   /// Joins, listens and leaves.
   [[nodiscard]] fabric::plant::Plant look() const;
-  [[nodiscard]] bus::Patience patience() const;
 
   fabric::profile::FabricFlags fabric;
   std::chrono::nanoseconds wait;

@@ -24,7 +24,7 @@ int watch(const SnapshotOptions& options,
     screen.emplace();
   }
   bool is_first = true;
-  bus::watch(options.fabric.options(), options.patience(), std::chrono::seconds(1),
+  bus::watch(options.fabric.options(), bus::patience_of(options.wait), std::chrono::seconds(1),
              [&](const fabric::plant::Plant& live) {
                const std::string text = text_of(live);
                if (screen) {
