@@ -6,27 +6,27 @@ namespace millrace::fabric {
 
 std::optional<std::string> LogLimiter::admit(const std::string& kind, const std::string& about,
                                              const std::string& text, SteadyTime now) {
-  const auto place = heard_.find({kind, about});
-  if (place != heard_.end()) {
+  const auto place = kinds_.find({kind, about});
+  if (place != kinds_.end()) {
     return admit(place->second, text, now);
   }
-  if (heard_.size() >= most_kinds) {
+  if (kinds_.size() >= most_kinds) {
     // A subject that was silent for this long does not use up the limit.
-    std::erase_if(heard_, [&](const auto& entry) { return now - entry.second.since >= 2 * pause; });
+    std::erase_if(kinds_, [&](const auto& entry) { return now - entry.second.since >= 2 * pause; });
   }
-  if (heard_.size() < most_kinds) {
-    heard_.emplace(std::pair(kind, about), Heard{.since = now, .text = text});
+  if (kinds_.size() < most_kinds) {
+    kinds_.emplace(std::pair(kind, about), Kind{.since = now, .text = text});
     return text;
   }
   const std::string line = fmt::format("{}; problems of more kinds are only counted", text);
   if (others_) {
     return admit(*others_, line, now);
   }
-  others_ = Heard{.since = now};
+  others_ = Kind{.since = now};
   return line;
 }
 
-std::optional<std::string> LogLimiter::admit(Heard& line, const std::string& text, SteadyTime now) {
+std::optional<std::string> LogLimiter::admit(Kind& line, const std::string& text, SteadyTime now) {
   if (now - line.since < pause) {
     ++line.more;
     line.text = text;
@@ -39,12 +39,12 @@ std::optional<std::string> LogLimiter::admit(Heard& line, const std::string& tex
 
 std::vector<std::string> LogLimiter::due(SteadyTime now) {
   std::vector<std::string> lines;
-  for (auto place = heard_.begin(); place != heard_.end();) {
-    Heard& line = place->second;
+  for (auto place = kinds_.begin(); place != kinds_.end();) {
+    Kind& line = place->second;
     if (now - line.since < pause) {
       ++place;
     } else if (line.more == 0) {
-      place = heard_.erase(place);
+      place = kinds_.erase(place);
     } else {
       lines.push_back(fmt::format("{} (and {} more like this in {} s)", line.text, line.more - 1,
                                   pause.count()));

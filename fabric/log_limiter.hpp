@@ -34,18 +34,18 @@ class LogLimiter {
   std::vector<std::string> due(SteadyTime now);
 
  private:
-  struct Heard {
+  struct Kind {
     SteadyTime since{};
     std::uint64_t more = 0;
     /// The last one.
     std::string text{};
   };
 
-  static std::optional<std::string> admit(Heard& line, const std::string& text, SteadyTime now);
+  static std::optional<std::string> admit(Kind& line, const std::string& text, SteadyTime now);
 
-  std::map<std::pair<std::string, std::string>, Heard> heard_;
+  std::map<std::pair<std::string, std::string>, Kind> kinds_;
   /// When there are too many kinds.
-  std::optional<Heard> others_;
+  std::optional<Kind> others_;
 };
 
 /// Limits different lines: as many as people read, and the number of further ones.

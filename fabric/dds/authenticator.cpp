@@ -130,10 +130,10 @@ void Authenticator::Impl::open(dds_entity_t participant, const ProcessInfo& wher
   topic = Entity(check(dds_create_topic(participant, &millrace_ParticipantIdentity_desc,
                                         identity_topic_name, nullptr, nullptr),
                        fmt::format("create the topic {}", identity_topic_name)));
-  const std::string theirs = identity_readers_partition(fabric);
-  subscriber =
-      Entity(check(dds_create_subscriber(participant, partitions_qos({theirs}).get(), nullptr),
-                   fmt::format("subscribe to {}", theirs)));
+  const std::string readers_partition = identity_readers_partition(fabric);
+  subscriber = Entity(
+      check(dds_create_subscriber(participant, partitions_qos({readers_partition}).get(), nullptr),
+            fmt::format("subscribe to {}", readers_partition)));
   const Listener on_match(dds_create_listener(nullptr));
   dds_lset_subscription_matched_arg(
       on_match.get(),
@@ -143,7 +143,7 @@ void Authenticator::Impl::open(dds_entity_t participant, const ProcessInfo& wher
       this, true);
   reader = Entity(check(
       dds_create_reader(subscriber.handle(), topic.handle(), identity_qos().get(), on_match.get()),
-      fmt::format("read {} in {}", identity_topic_name, theirs)));
+      fmt::format("read {} in {}", identity_topic_name, readers_partition)));
   publisher = Entity(check(
       dds_create_publisher(participant, partitions_qos(trust->identity_partitions).get(), nullptr),
       "publish an identity"));

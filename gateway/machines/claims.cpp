@@ -64,8 +64,8 @@ bool Claims::counts(const fabric::MachineStatus& gateway) const {
   if (own == controllers_.end() || own->second.empty()) {
     return true;
   }
-  const std::string theirs = net_id_of(gateway.address);
-  return theirs.empty() || theirs == own->second;
+  const std::string net_id = net_id_of(gateway.address);
+  return net_id.empty() || net_id == own->second;
 }
 
 bool Claims::is_elsewhere(const std::string& machine, std::uint64_t epoch) const {

@@ -263,7 +263,7 @@ fabric::InstanceLoad CallScheduler::load() const {
 void CallScheduler::supersede(const Request& by, Actions& actions) {
   const CallKey name = call_key_of(by);
   std::vector<CallKey> over;
-  std::vector<Reply> told;
+  std::vector<Reply> notices;
   for (auto asked = requests_.lower_bound({by.key, 0, {}});
        asked != requests_.end() && asked->first.key == by.key; ++asked) {
     const bool same_requester = asked->first.requester == by.requester;
@@ -277,14 +277,14 @@ void CallScheduler::supersede(const Request& by, Actions& actions) {
       call.reset();
       if (!same_gateway && !asked->second.orphaned) {
         // It may be there after all, and would wait for an answer for ever.
-        told.push_back(reply_to_replaced(over.back()));
+        notices.push_back(reply_to_replaced(over.back()));
       }
     }
   }
   for (const CallKey& call : over) {
     cancel_call(call, actions);
   }
-  for (Reply& reply : told) {
+  for (Reply& reply : notices) {
     actions.emplace_back(Send{std::move(reply)});
   }
   for (auto asked = requests_.lower_bound({by.key, 0, {}});

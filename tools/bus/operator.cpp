@@ -82,28 +82,28 @@ class CommandSender : public std::enable_shared_from_this<CommandSender>,
   /// of that.
   void drain() {
     outcomes_.drain();
-    hear();
+    judge_received();
     discovery_->drain(registry_, Clock::now());
-    hear();
+    judge_received();
   }
 
   void take(const fabric::wire::Taken<fabric::Outcome>& taken) {
     // Far more than the receivers; a stranger can send any number.
     constexpr std::size_t most = 1024;
-    if (taken.valid && sent_.contains(taken.value.command) && said_.size() < most) {
-      said_.push_back({taken.value, outcomes_->participant_of(taken.writer),
-                       outcomes_->program_of(taken.writer), Clock::now()});
+    if (taken.valid && sent_.contains(taken.value.command) && received_.size() < most) {
+      received_.push_back({taken.value, outcomes_->participant_of(taken.writer),
+                           outcomes_->program_of(taken.writer), Clock::now()});
     }
   }
 
   /// The publisher may become known only now.
-  void on_machine(const fabric::MachineStatus& /*status*/) override { hear(); }
+  void on_machine(const fabric::MachineStatus& /*status*/) override { judge_received(); }
   void on_machine_gone(const std::string& /*machine*/, const fabric::InstanceId& /*gateway*/,
                        fabric::endpoints::Absence /*absence*/) override {}
   void on_channel(const fabric::ChannelStatus& /*status*/) override {}
 
-  void hear() {
-    for (const ReceivedOutcome& outcome : said_) {
+  void judge_received() {
+    for (const ReceivedOutcome& outcome : received_) {
       const auto command =
           std::ranges::find(commands_, outcome.outcome.command, &fabric::Command::id);
       if (is_asked(*command, outcome.participant)) {
@@ -122,7 +122,7 @@ class CommandSender : public std::enable_shared_from_this<CommandSender>,
   /// Warns of outcomes from participants that did not get the command.
   void warn(const std::string& flags) const {
     std::set<std::string> answered;
-    for (const ReceivedOutcome& outcome : said_) {
+    for (const ReceivedOutcome& outcome : received_) {
       const auto command =
           std::ranges::find(commands_, outcome.outcome.command, &fabric::Command::id);
       if (!is_asked(*command, outcome.participant) && answered.insert(outcome.program).second) {
@@ -145,7 +145,7 @@ class CommandSender : public std::enable_shared_from_this<CommandSender>,
   std::optional<fabric::endpoints::GatewayMonitor> gateways_;
   fabric::wire::Subscription<fabric::Outcome> outcomes_;
   fabric::registry::InstanceRegistry registry_;
-  std::vector<ReceivedOutcome> said_;
+  std::vector<ReceivedOutcome> received_;
 };
 
 }  // namespace

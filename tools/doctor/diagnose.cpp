@@ -20,7 +20,7 @@ std::string_view name_of(Severity severity) {
   return names.at(static_cast<std::size_t>(severity));
 }
 
-bool is_heard(const Findings& found, const Program& gateway) {
+bool is_received(const Findings& found, const Program& gateway) {
   return std::ranges::any_of(found.live.machines(), [&](const auto& machine) {
     const fabric::MachineStatus& status = machine.second;
     return !status.gone && status.host == gateway.host && std::to_string(status.pid) == gateway.pid;
@@ -80,7 +80,7 @@ boost::json::object json_of(const Findings& found, const std::vector<Diagnosis>&
         {"addresses", print::utf8(each.addresses)},
         {"fabrics", boost::json::array(each.fabrics.begin(), each.fabrics.end())},
         {"gateway", each.is_gateway},
-        {"heard", !each.is_gateway || is_heard(found, each)},
+        {"heard", !each.is_gateway || is_received(found, each)},
         {"serves", boost::json::array(each.serves.begin(), each.serves.end())},
         {"self", each.self}});
   }

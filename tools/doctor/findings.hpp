@@ -52,7 +52,7 @@ struct Program {
   fabric::ProcessVersion version{};
   /// The fabrics in which it has endpoints.
   std::set<std::string> fabrics{};
-  /// It has the writers of a gateway; is_heard() shows whether samples arrive.
+  /// It has the writers of a gateway; is_received() shows whether samples arrive.
   bool is_gateway = false;
   /// With trust: it announces an identity.
   bool announces_identity = true;
@@ -106,6 +106,6 @@ std::vector<fabric::plant::LostMachine> lost_machines(const Findings& found);
 
 /// A gateway that publishes a machine. The DDS participant of a killed or hanging one stays for a
 /// while.
-bool is_heard(const Findings& found, const Program& gateway);
+bool is_received(const Findings& found, const Program& gateway);
 
 }  // namespace millrace::tools::doctor

@@ -41,10 +41,10 @@ struct Options {
 
 /// What it is for this fabric.
 print::Cell role_of(const Findings& found, const Program& program) {
-  std::string role = program.self               ? "this command"
-                     : !program.is_gateway      ? ""
-                     : is_heard(found, program) ? "gateway"
-                                                : "gateway, not received";
+  std::string role = program.self                  ? "this command"
+                     : !program.is_gateway         ? ""
+                     : is_received(found, program) ? "gateway"
+                                                   : "gateway, not received";
   for (const std::string& uuid : program.serves) {
     role += (role.empty() ? "serves " : ", ") + uuid;
   }

@@ -365,16 +365,16 @@ void RecordRun::report_condition() {
     kinds.insert(alarm.key.kind);
     note(alarms_.raise(alarm));
   }
-  for (const std::string& kind : told_) {
+  for (const std::string& kind : raised_) {
     if (!kinds.contains(kind)) {
       note(alarms_.clear(kind));
     }
   }
-  told_ = std::move(kinds);
+  raised_ = std::move(kinds);
 }
 
 void RecordRun::note(const tl::expected<void, std::string>& published) {
-  if (!published && !std::exchange(said_untold_, true)) {
+  if (!published && !std::exchange(reported_unpublished_, true)) {
     fmt::print(stderr, "millrace: the recorder cannot publish its alarms: {}\n", published.error());
   }
 }

@@ -77,8 +77,8 @@ class RecordRun : public fabric::observer::ObserverListener {
   bool waited_ = false;
   Clock::time_point next_word_{};
   /// The kinds of the published alarms.
-  std::set<std::string> told_;
-  bool said_untold_ = false;
+  std::set<std::string> raised_;
+  bool reported_unpublished_ = false;
   boost::asio::io_context io_{1};
   const base::loop::Watchdog watchdog_{io_.get_executor()};
   boost::asio::steady_timer timer_;

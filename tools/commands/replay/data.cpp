@@ -117,7 +117,7 @@ class DataReplay {
   }
 
   void publish(const fabric::DataSample& sample) {
-    told_.add(sample);
+    published_.add(sample);
     if (sample.values.empty()) {
       end_.unregister(sample);
     } else {
@@ -125,7 +125,7 @@ class DataReplay {
     }
   }
   void publish(const fabric::ProgramEvent& event) {
-    told_.add(event);
+    published_.add(event);
     check(end_.publish(event));
   }
 
@@ -139,15 +139,15 @@ class DataReplay {
   }
 
   void take_back() {
-    for (const fabric::ProgramEvent& reset : told_.resets(std::chrono::system_clock::now())) {
+    for (const fabric::ProgramEvent& reset : published_.resets(std::chrono::system_clock::now())) {
       check(end_.publish(reset));
     }
     io_.restart();
     io_.run_for(time_to_be_found);
-    for (const fabric::DataSample& group : told_.groups()) {
+    for (const fabric::DataSample& group : published_.groups()) {
       end_.unregister(group);
     }
-    for (const fabric::ProgramEvent& event : told_.programs()) {
+    for (const fabric::ProgramEvent& event : published_.programs()) {
       end_.unregister(event);
     }
   }
@@ -204,7 +204,7 @@ class DataReplay {
   fabric::dds::Participant participant_;
   fabric::endpoints::DataEndpoint end_;
   Progress progress_;
-  tools::replay::PublishedValues told_;
+  tools::replay::PublishedValues published_;
   recording::Histogram late_;
   Clock::time_point start_{};
   fabric::Time wall_{};

@@ -47,7 +47,7 @@ void Report::concern(const fabric::plant::Concern& concern) {
   const Message reason =
       concern.why.empty() ? concern.what : messages::about(concern.what, concern.why);
   const Message subject = subject_of(concern);
-  said_.push_back(
+  diagnoses_.push_back(
       {concern.level == fabric::plant::Level::act ? Severity::problem : Severity::warning,
        subject.empty() ? reason : messages::about(subject, reason), concern.todo});
 }

@@ -21,24 +21,24 @@ class Report {
   using Message = base::messages::Message;
 
   void problem(Message what, Message advice) {
-    said_.push_back({Severity::problem, std::move(what), steps(std::move(advice))});
+    diagnoses_.push_back({Severity::problem, std::move(what), steps(std::move(advice))});
   }
   void warning(Message what, Message advice) {
-    said_.push_back({Severity::warning, std::move(what), steps(std::move(advice))});
+    diagnoses_.push_back({Severity::warning, std::move(what), steps(std::move(advice))});
   }
-  void fine(Message what) { said_.push_back({Severity::fine, std::move(what), {}}); }
+  void fine(Message what) { diagnoses_.push_back({Severity::fine, std::move(what), {}}); }
   /// Its subject, what is wrong and why, as one sentence.
   void concern(const fabric::plant::Concern& concern);
 
-  [[nodiscard]] std::size_t size() const { return said_.size(); }
-  [[nodiscard]] std::vector<Diagnosis> take() && { return std::move(said_); }
+  [[nodiscard]] std::size_t size() const { return diagnoses_.size(); }
+  [[nodiscard]] std::vector<Diagnosis> take() && { return std::move(diagnoses_); }
 
  private:
   static std::vector<Message> steps(Message advice) {
     return advice.empty() ? std::vector<Message>{} : std::vector<Message>{std::move(advice)};
   }
 
-  std::vector<Diagnosis> said_;
+  std::vector<Diagnosis> diagnoses_;
 };
 
 /// Does the interface exist, is it up, and does it support what the fabric needs?

@@ -324,10 +324,10 @@ std::optional<boost::json::object> PlantModel::changes(const fabric::Moment& now
   const bool is_news = !machines.empty() || !channels.empty() || !services.empty() ||
                        !gone.empty() || !channels_gone.empty() || !calls.empty() ||
                        concerns_changed || acknowledged_changed_ || events_.has_news();
-  if (!is_news && told_ && now.steady - *told_ < heartbeat) {
+  if (!is_news && published_at_ && now.steady - *published_at_ < heartbeat) {
     return std::nullopt;
   }
-  told_ = now.steady;
+  published_at_ = now.steady;
   boost::json::object out{{"totals", totals(now)}};
   print::put_time(out, "time", now.wall);
   const auto put = [&](const char* name, boost::json::array&& list) {

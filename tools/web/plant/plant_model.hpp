@@ -189,7 +189,7 @@ class PlantModel {
   std::vector<fabric::plant::Concern> concerns_sent_;
   /// A page has joined since. Its snapshot may have concerns that began later and are over by now.
   bool greeted_ = false;
-  std::optional<fabric::SteadyTime> told_;
+  std::optional<fabric::SteadyTime> published_at_;
   std::optional<fabric::SteadyTime> moved_;
   std::optional<fabric::SteadyTime> stepped_;
 };

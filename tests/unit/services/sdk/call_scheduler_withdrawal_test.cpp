@@ -337,6 +337,10 @@ TEST(CallSummary, CountsCallsWithoutAnAnswerToo) {
       "1 call answered in 7 s, 2 again from memory, 3 withdrawn, 4 declined, 1 still running");
 }
 
+TEST(CallSummary, IsThereWhereCallsWereOnlyWithdrawn) {
+  EXPECT_EQ(call_summary({}, {.cancelled = 1}, 60s), "0 calls answered in 60 s, 1 withdrawn");
+}
+
 TEST(CallSummary, IsAbsentAfterAQuietMinute) {
   const fabric::InstanceStatus now{.running = 1, .answered = 7};
   EXPECT_EQ(call_summary(now, now, 60s), std::nullopt);

@@ -196,12 +196,17 @@ TEST_F(IsgService, EndsPollsForOneCallToo) {
   EXPECT_EQ(isgServicePollOnce(&sut, 10'000), ISG_SERVICE_CODE_CLOSED);
 }
 
+TEST_F(IsgService, ReportsEachMissingArgument) {
+  constexpr auto invalid = ISG_SERVICE_CODE_INVALID_ARGUMENT;
+  EXPECT_EQ(isgServiceCreate(nullptr, "test", follow_request, &connection, &sut), invalid);
+  EXPECT_EQ(isgServiceCreate(c_uuid, nullptr, follow_request, &connection, &sut), invalid);
+  EXPECT_EQ(isgServiceCreate(c_uuid, "test", ISG_SERVICE_FUNCTION{}, &connection, &sut), invalid);
+  EXPECT_EQ(isgServiceCreate(c_uuid, "test", follow_request, nullptr, &sut), invalid);
+  EXPECT_EQ(isgServiceCreate(c_uuid, "test", follow_request, &connection, nullptr), invalid);
+}
+
 TEST_F(IsgService, ReportsWrongUse) {
-  EXPECT_EQ(isgServiceCreate(nullptr, "test", follow_request, &connection, &sut),
-            ISG_SERVICE_CODE_INVALID_ARGUMENT);
   EXPECT_EQ(isgServiceCreate("a*", "test", follow_request, &connection, &sut),
-            ISG_SERVICE_CODE_INVALID_ARGUMENT);
-  EXPECT_EQ(isgServiceCreate(c_uuid, "test", ISG_SERVICE_FUNCTION{}, &connection, &sut),
             ISG_SERVICE_CODE_INVALID_ARGUMENT);
   EXPECT_EQ(isgServiceConnectionCreateADSLocal(1, 2, nullptr), ISG_SERVICE_CODE_INVALID_ARGUMENT);
   EXPECT_EQ(isgServicePoll(nullptr), ISG_SERVICE_CODE_CLOSED);

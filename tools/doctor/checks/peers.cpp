@@ -17,20 +17,20 @@ using base::text::safe;
 using messages::Message;
 
 /// The other processes of the domain.
-struct Company {
+struct Peers {
   /// On this fabric.
-  std::vector<const Program*> ours;
+  std::vector<const Program*> of_fabric;
   std::set<std::string> other_fabrics;
 };
 
-Company company_of(const Findings& found) {
-  Company peers;
+Peers peers_of(const Findings& found) {
+  Peers peers;
   for (const Program& program : found.programs) {
     if (program.self) {
       continue;
     }
     if (program.fabrics.contains(found.joining.fabric)) {
-      peers.ours.push_back(&program);
+      peers.of_fabric.push_back(&program);
     } else {
       peers.other_fabrics.insert(program.fabrics.begin(), program.fabrics.end());
     }
@@ -54,16 +54,16 @@ std::string ip_of(const std::string& addresses) {
 }
 
 /// By name, or by address where another vendor's process has no name.
-std::set<std::string> hosts_of(const Company& peers) {
+std::set<std::string> hosts_of(const Peers& peers) {
   std::set<std::string> hosts;
   std::set<std::string> known;
-  for (const Program* program : peers.ours) {
+  for (const Program* program : peers.of_fabric) {
     if (!program->host.empty()) {
       hosts.insert(program->host);
       known.insert(ip_of(program->addresses));
     }
   }
-  for (const Program* program : peers.ours) {
+  for (const Program* program : peers.of_fabric) {
     const std::string ip = ip_of(program->addresses);
     if (program->host.empty() && !ip.empty() && !known.contains(ip)) {
       hosts.insert(ip);
@@ -76,20 +76,20 @@ std::set<std::string> hosts_of(const Company& peers) {
 }
 
 /// Participants that exist but send nothing.
-void for_the_silent(const Findings& found, const Company& peers, Report& report) {
+void for_the_silent(const Findings& found, const Peers& peers, Report& report) {
   const std::vector<fabric::plant::LostMachine> all_lost = lost_machines(found);
-  for (const Program* program : peers.ours) {
-    const bool is_told = std::ranges::any_of(all_lost, [&](const fabric::plant::LostMachine& lost) {
+  for (const Program* program : peers.of_fabric) {
+    const bool is_lost = std::ranges::any_of(all_lost, [&](const fabric::plant::LostMachine& lost) {
       return lost.last.host == program->host && std::to_string(lost.last.pid) == program->pid;
     });
-    if (program->is_gateway && !is_told && !is_heard(found, *program)) {
+    if (program->is_gateway && !is_lost && !is_received(found, *program)) {
       report.problem(messages::gateway_silent(safe(program->host), safe(program->pid)),
                      messages::restart_gateway(safe(program->host)));
     }
   }
 }
 
-Message with_other_fabrics(const Message& advice, const Company& peers) {
+Message with_other_fabrics(const Message& advice, const Peers& peers) {
   return peers.other_fabrics.empty()
              ? advice
              : messages::with_other_fabrics(advice, list_of(peers.other_fabrics));
@@ -98,15 +98,15 @@ Message with_other_fabrics(const Message& advice, const Company& peers) {
 }  // namespace
 
 void gateways_and_services(const Findings& found, Report& report) {
-  const Company peers = company_of(found);
-  if (peers.ours.empty()) {
+  const Peers peers = peers_of(found);
+  if (peers.of_fabric.empty()) {
     for_the_others(found, peers.other_fabrics, report);
     return;
   }
-  report.fine(counted(peers.ours.size(), hosts_of(peers).size()));
+  report.fine(counted(peers.of_fabric.size(), hosts_of(peers).size()));
   for_the_silent(found, peers, report);
-  if (std::ranges::none_of(peers.ours, [&](const Program* program) {
-        return program->is_gateway && is_heard(found, *program);
+  if (std::ranges::none_of(peers.of_fabric, [&](const Program* program) {
+        return program->is_gateway && is_received(found, *program);
       })) {
     report.problem(messages::no_gateway_here(),
                    with_other_fabrics(messages::start_gateway_here(), peers));
