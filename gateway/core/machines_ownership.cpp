@@ -18,7 +18,8 @@ constexpr std::chrono::milliseconds listen_time{300};
 /// A timer that is later than this shows a busy host, where discovery is late too: wait longer.
 constexpr std::chrono::milliseconds most_late{50};
 
-/// But not for ever: a host may always be busy.
+/// But not for ever: a host may always be busy, and a participant of another plant never proves who
+/// it is.
 constexpr std::chrono::seconds longest_listen{3};
 
 /// May the call have been dispatched to an instance? One that waited may have been dispatched
@@ -41,7 +42,9 @@ void Machines::listen(Machine& machine, Moment now) {
 
 void Machines::listened(Machine& listener, Moment now) {
   const Machine::Listening& listening = *listener.listening();
-  if (now.steady - listening.until > most_late && now.steady - listening.since < longest_listen) {
+  const bool may_be_incomplete =
+      now.steady - listening.until > most_late || fabric_.awaits_authentication();
+  if (may_be_incomplete && now.steady - listening.since < longest_listen) {
     listen(listener, now);
     return;
   }

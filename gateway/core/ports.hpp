@@ -33,6 +33,9 @@ class Fabric : public CallTopics {
   virtual void dispose(const fabric::MachineStatus& status) = 0;
   /// The group is not published any more.
   virtual void dispose(const fabric::DataSample& sample) = 0;
+  /// An announced participant has not proved yet who it is: a service or another gateway may not be
+  /// known.
+  [[nodiscard]] virtual bool awaits_authentication() const = 0;
   /// From now on Core::on_channel() gets the channel samples of other gateways.
   virtual void subscribe_channels() = 0;
 };

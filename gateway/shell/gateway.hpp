@@ -83,6 +83,7 @@ class Gateway final : fabric::endpoints::CallEndpointListener,
   void dispose(const fabric::ChannelKey& status) override;
   void dispose(const fabric::MachineStatus& status) override;
   void dispose(const fabric::DataSample& sample) override;
+  [[nodiscard]] bool awaits_authentication() const override;
   void subscribe_channels() override;
 
   // Host; gateway_ports.cpp.

@@ -1,6 +1,7 @@
 // The ports of the core: DDS writers, links, journal, log, timer.
 #include <utility>
 
+#include "fabric/endpoints/authentication.hpp"
 #include "gateway/shell/ads_controller.hpp"
 #include "gateway/shell/gateway.hpp"
 #include "gateway/text.hpp"
@@ -98,6 +99,10 @@ void Gateway::dispose(const fabric::MachineStatus& status) {
 
 void Gateway::dispose(const fabric::DataSample& sample) {
   data_endpoint().unregister(sample);
+}
+
+bool Gateway::awaits_authentication() const {
+  return fabric::endpoints::count_unauthenticated(fabric_.participant) > 0;
 }
 
 void Gateway::subscribe_channels() {

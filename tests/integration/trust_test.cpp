@@ -78,6 +78,7 @@ TEST_F(Trust, ShowsAStrangerNothing) {
 
 // A service that is there, and not authenticated yet, was called absent.
 TEST_F(Trust, LeavesTimeForAuthenticationBeforeACallIsWithoutAService) {
+  Process unauthenticated = start_service_of_another_plant();
   const auto begin = std::chrono::steady_clock::now();
   EXPECT_THAT(sut.ask({"call", another, "2"}, sut.as("bench"), 1), HasSubstr("no service"));
   EXPECT_GE(std::chrono::steady_clock::now() - begin, std::chrono::seconds(3));
@@ -185,6 +186,16 @@ TEST_F(Trust, LeavesTimeForAuthenticationBeforeNothingIsListed) {
     EXPECT_THAT(sut.ask({command}, sut.as("screen")), HasSubstr("no ")) << command;
     EXPECT_GE(std::chrono::steady_clock::now() - begin, std::chrono::seconds(3)) << command;
   }
+}
+
+// The policy for a request without a service would answer although a service is there.
+TEST_F(Trust, LeavesTimeForAuthenticationBeforeAGatewayServes) {
+  Process unauthenticated = start_service_of_another_plant();
+  Process cnc = sut.cnc();
+  const auto begin = std::chrono::steady_clock::now();
+  Process gateway = sut.gateway(sut.as("gateway-1"));
+  gateway.await_error("link up");
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, std::chrono::seconds(3));
 }
 
 TEST_F(Trust, CanGrantMoreWhenItIsIssuedAgain) {

@@ -11,6 +11,7 @@
 #include <boost/asio/signal_set.hpp>
 
 #include "fabric/dds/entity.hpp"
+#include "fabric/endpoints/authentication.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/topics.hpp"
 
@@ -40,59 +41,6 @@ struct Listener : fabric::observer::ObserverListener {
   ListeningTime time;
 };
 
-/// Participants that are announced and not authenticated yet. DDS Security lets a participant show
-/// its endpoints only after the proof, which takes a tenth of a second and, on a busy host, more.
-class Unauthenticated {
- public:
-  explicit Unauthenticated(const fabric::dds::Participant& participant)
-      : participants_(reader(participant, DDS_BUILTIN_TOPIC_DCPSPARTICIPANT)),
-        writers_(reader(participant, DDS_BUILTIN_TOPIC_DCPSPUBLICATION)) {}
-
-  /// Reads discovery; true if a participant was authenticated since the last call.
-  bool drain() {
-    const auto announced = [&](const dds_builtintopic_participant_t& /*sample*/,
-                               const dds_sample_info_t& info) {
-      if (info.valid_data &&
-          fabric::wire::instance_state_of(info) == fabric::wire::InstanceState::alive) {
-        waiting_.insert(info.instance_handle);
-      } else {
-        waiting_.erase(info.instance_handle);
-      }
-    };
-    bool changed = false;
-    const auto showed = [&](const dds_builtintopic_endpoint_t& sample,
-                            const dds_sample_info_t& info) {
-      if (info.valid_data) {
-        proved_.insert(sample.participant_instance_handle);
-      }
-    };
-    while (fabric::wire::take_lent<dds_builtintopic_participant_t>(participants_.handle(),
-                                                                   announced) > 0) {
-    }
-    while (fabric::wire::take_lent<dds_builtintopic_endpoint_t>(writers_.handle(), showed) > 0) {
-    }
-    for (const dds_instance_handle_t writer : proved_) {
-      changed = waiting_.erase(writer) > 0 || changed;
-    }
-    return changed;
-  }
-
-  [[nodiscard]] bool any() const { return !waiting_.empty(); }
-
- private:
-  static fabric::dds::Entity reader(const fabric::dds::Participant& participant,
-                                    dds_entity_t topic) {
-    return fabric::dds::Entity(
-        fabric::dds::check(dds_create_reader(participant.handle(), topic, nullptr, nullptr),
-                           "read the participants of DDS"));
-  }
-
-  fabric::dds::Entity participants_;
-  fabric::dds::Entity writers_;
-  std::set<dds_instance_handle_t> waiting_;
-  std::set<dds_instance_handle_t> proved_;
-};
-
 /// On a fabric, and what it has seen there.
 class Visit {
  public:
@@ -101,24 +49,27 @@ class Visit {
         OnEntry hand_out = nullptr)
       : participant_(options),
         listener_(patience, std::move(hand_out)),
-        observer_(participant_, io_.get_executor(), listener_, interest) {
-    if (options.trust) {
-      unauthenticated_.emplace(participant_);
-    }
-  }
+        observer_(participant_, io_.get_executor(), listener_, interest) {}
 
   /// Until no new process comes, or `enough`.
   void listen(const std::function<bool(const fabric::plant::Plant&)>& enough = nullptr) {
+    std::size_t unauthenticated = 0;
+    auto next_look = Clock::now();
     for (;;) {
-      if (unauthenticated_ && unauthenticated_->drain()) {
-        listener_.time.on_news(Clock::now());
-      }
-      const auto end = listener_.time.end(unauthenticated_ && unauthenticated_->any());
       const auto begun = Clock::now();
+      if (begun >= next_look) {
+        const std::size_t before =
+            std::exchange(unauthenticated, fabric::endpoints::count_unauthenticated(participant_));
+        if (unauthenticated < before) {
+          listener_.time.on_news(begun);
+        }
+        next_look = begun + ListeningTime::look_again;
+      }
+      const auto end = listener_.time.end(unauthenticated > 0);
       if (begun >= end || is_asked_to_end_ || (enough && enough(listener_.live))) {
         return;
       }
-      const auto due = std::min(end, begun + ListeningTime::look_again);
+      const auto due = std::min(end, next_look);
       io_.run_one_until(due);
       listener_.time.on_timer(due, Clock::now());
     }
@@ -152,7 +103,6 @@ class Visit {
   bool is_asked_to_end_ = false;
   Listener listener_;
   fabric::observer::Observer observer_;
-  std::optional<Unauthenticated> unauthenticated_;
 };
 
 }  // namespace

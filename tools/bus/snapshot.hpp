@@ -56,7 +56,7 @@ class ListeningTime {
       authentication_until_ = now + patience_.authentication;
     }
   }
-  /// `unauthenticated` while an announced participant is not authenticated, or may not be.
+  /// `unauthenticated` while an announced participant is not authenticated.
   [[nodiscard]] Clock::time_point end(bool unauthenticated = false) const {
     return std::min(unauthenticated ? std::max(until_, authentication_until_) : until_,
                     start_ + patience_.at_most);

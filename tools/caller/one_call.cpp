@@ -1,5 +1,6 @@
 #include "tools/caller/one_call.hpp"
 
+#include "fabric/endpoints/authentication.hpp"
 #include "fabric/words.hpp"
 #include "tools/print/json.hpp"
 
@@ -18,7 +19,7 @@ OneCall::OneCall(fabric::dds::Participant& participant, const Slot& slot, const 
     : order_(order),
       grace_(io_),
       time_(grace, Clock::now()),
-      has_trust_(participant.options().trust != nullptr),
+      participant_(participant),
       caller_(participant, io_.get_executor(), *this, slot) {}
 
 Ended OneCall::run() {
@@ -47,7 +48,8 @@ void OneCall::wait_for_a_service() {
     }
     const auto now = Clock::now();
     time_.on_timer(due, now);
-    if (now < time_.end(has_trust_)) {
+    if (now < time_.end() ||
+        (now < time_.end(true) && fabric::endpoints::count_unauthenticated(participant_) > 0)) {
       wait_for_a_service();
       return;
     }

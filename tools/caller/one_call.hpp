@@ -39,8 +39,7 @@ class OneCall : public CallerListener {
   boost::asio::io_context io_{1};
   boost::asio::steady_timer grace_;
   bus::ListeningTime time_;
-  /// A service shows its endpoints only once it is authenticated.
-  bool has_trust_;
+  const fabric::dds::Participant& participant_;
   Caller caller_;
 };
 

@@ -191,6 +191,7 @@ struct MemoryGateway::Impl final : fabric::endpoints::CallEndpointListener,
   void dispose(const fabric::ChannelKey&) override {}
   void dispose(const fabric::MachineStatus&) override {}
   void dispose(const fabric::DataSample&) override {}
+  [[nodiscard]] bool awaits_authentication() const override { return false; }
   void subscribe_channels() override {}
 
   void run(const std::function<bool()>& done) {

@@ -144,6 +144,7 @@ class GatewayProcess final : public Member,
   void dispose(const fabric::RequestKey& request) override;
   void dispose(const Key& status) override;
   void dispose(const fabric::MachineStatus& status) override;
+  [[nodiscard]] bool awaits_authentication() const override { return false; }
   void subscribe_channels() override;
   [[nodiscard]] gateway::Moment now() const override;
   void wake_at(std::optional<gateway::SteadyTime> time) override;

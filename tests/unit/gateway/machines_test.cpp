@@ -33,6 +33,25 @@ TEST_F(MachinesTest, ContinuesListeningWhereItsTimersAreLate) {
   EXPECT_THAT(served, ElementsAre(1, 2));
 }
 
+TEST_F(MachinesTest, ContinuesListeningWhileAParticipantIsNotAuthenticated) {
+  ports.unauthenticated = true;
+  time_passes();
+  EXPECT_FALSE(linked);
+  ports.unauthenticated = false;
+  serve();
+  EXPECT_THAT(served, ElementsAre(1, 2));
+}
+
+TEST_F(MachinesTest, ServesInTheEndBesideAParticipantThatIsNeverAuthenticated) {
+  const SteadyTime begin = time.steady;
+  ports.unauthenticated = true;
+  for (int times = 0; times < 20 && !linked; ++times) {
+    time_passes();
+  }
+  EXPECT_TRUE(linked);
+  EXPECT_LE(time.steady - begin, 3s + 300ms);
+}
+
 TEST_F(MachinesTest, ServesInTheEndWhereItsTimersAreAlwaysLate) {
   for (int times = 0; times < 20 && !linked; ++times) {
     time_passes(100ms);

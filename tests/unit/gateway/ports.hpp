@@ -45,6 +45,7 @@ class RecordedPorts : public Fabric, public Host {
   void dispose(const fabric::ChannelKey&) override {}
   void dispose(const fabric::MachineStatus&) override {}
   void dispose(const fabric::DataSample& sample) override { disposed.push_back(sample.group); }
+  [[nodiscard]] bool awaits_authentication() const override { return unauthenticated; }
   void subscribe_channels() override {}
 
   [[nodiscard]] Moment now() const override { return time; }
@@ -79,6 +80,7 @@ class RecordedPorts : public Fabric, public Host {
   std::vector<std::string> said;
   std::map<std::string, std::string> alarms;
   std::optional<bool> ended;
+  bool unauthenticated = false;
 };
 
 }  // namespace core
