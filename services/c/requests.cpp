@@ -124,8 +124,7 @@ void Requests::wait_for_an_instance(const fabric::CallId& call) {
     Pending& pending = found->second;
     const auto now = Clock::now();
     pending.time.on_timer(due, now);
-    // With trust a service shows its endpoints only once it is authenticated.
-    if (now < pending.time.end(shared_.participant().authenticator() != nullptr)) {
+    if (!tools::bus::is_over(pending.time, now, shared_.participant())) {
       wait_for_an_instance(call);
       return;
     }

@@ -114,6 +114,18 @@ Patience patience_of(std::chrono::nanoseconds time) {
   return patience;
 }
 
+bool is_over(ListeningTime& time, Clock::time_point now,
+             const fabric::dds::Participant& participant) {
+  if (now < time.end()) {
+    return false;
+  }
+  if (now < time.end(true) && fabric::endpoints::count_unauthenticated(participant) > 0) {
+    time.on_news(now);
+    return false;
+  }
+  return true;
+}
+
 std::set<std::string> other_fabrics(const fabric::dds::Participant& participant) {
   constexpr std::size_t most_fabrics = 16;
   const fabric::dds::Entity writers(fabric::dds::check(

@@ -69,6 +69,12 @@ class ListeningTime {
   Clock::time_point until_;
 };
 
+/// No further process is expected: the time is over, also that of announced participants which are
+/// not authenticated. Their endpoints come a little later, so each is news. Throws
+/// std::runtime_error with Cyclone's reason.
+bool is_over(ListeningTime& time, ListeningTime::Clock::time_point now,
+             const fabric::dds::Participant& participant);
+
 /// The names of the fabrics, but for that of `participant`, in which processes of its domain have
 /// endpoints now. With trust: authenticated processes. At most 16: a stranger can announce any
 /// number. Throws std::runtime_error with Cyclone's reason.

@@ -1,6 +1,5 @@
 #include "tools/caller/one_call.hpp"
 
-#include "fabric/endpoints/authentication.hpp"
 #include "fabric/words.hpp"
 #include "tools/print/json.hpp"
 
@@ -48,8 +47,7 @@ void OneCall::wait_for_a_service() {
     }
     const auto now = Clock::now();
     time_.on_timer(due, now);
-    if (now < time_.end() ||
-        (now < time_.end(true) && fabric::endpoints::count_unauthenticated(participant_) > 0)) {
+    if (!bus::is_over(time_, now, participant_)) {
       wait_for_a_service();
       return;
     }
