@@ -174,6 +174,25 @@ TEST_F(HttpFailures, ACallWaitsForAProxyThatForwardsNothing) {
   }
 }
 
+TEST_F(HttpFailures, TheAlarmOfAProxyThatForwardsAgainEndsWithoutACallToo) {
+  start_server();
+  start_proxy();
+  configure("/echo", "AT_MOST_ONCE", "proxy: 'http://127.0.0.1:" + proxy_port + "'");
+  std::ofstream(chain.folder() / "refuse") << "407";
+  start_http();
+  cnc.emplace(chain.cnc({"--run", "1=" + chain.counting_program(uuid, 1)}));
+  gateway.emplace(chain.gateway());
+  await_doctor("/echo does not answer: .*407");
+  gateway->kill();
+  fs::remove(chain.folder() / "refuse");
+  await("the end of the alarm", [&] {
+    Process report = chain.millrace({"status"});
+    report.wait();
+    return report.output().find("/echo does not answer") == std::string::npos;
+  });
+  EXPECT_THAT(posts(), SizeIs(0));
+}
+
 TEST_F(HttpFailures, ALostConnectionBlocksACallThatMustNotRunTwice) {
   for (const char* const path : {"/reset_before", "/reset_after", "/half", "/cut", "/bad_chunk"}) {
     SCOPED_TRACE(path);
