@@ -94,6 +94,13 @@ class MachinesTest : public testing::Test, public core::MachinesListener {
     sut.on_time(time);
     sut.finish(time);
   }
+  /// Each time `late`.
+  void time_passes_until_linked(std::chrono::nanoseconds late = {}) {
+    for (int times = 0; times < 20 && !linked; ++times) {
+      time_passes(late);
+    }
+    EXPECT_TRUE(linked);
+  }
   void serve() {
     time_passes();
     sut.on_link_up("cnc", {1, 2}, time);
