@@ -11,6 +11,7 @@
 
 #include "fabric/wire/codec.hpp"
 #include "fabric/wire/endpoint.hpp"
+#include "fabric/wire/exact_write.hpp"
 
 namespace millrace::fabric::wire {
 
@@ -68,7 +69,8 @@ tl::expected<void, std::string> Writer<Value>::write(const Value& value) {
     return tl::unexpected(sample.error());
   }
   const typename Codec<Value>::Sample& plain = *sample;
-  if (const dds_return_t result = dds_write(writer_, &plain); result < 0) {
+  if (const dds_return_t result = write_exactly(writer_, &plain, *Codec<Value>::topic().type);
+      result < 0) {
     return tl::unexpected(
         fmt::format("cannot write {}: {}", Codec<Value>::topic().name, dds_strretcode(result)));
   }

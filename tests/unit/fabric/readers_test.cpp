@@ -7,11 +7,13 @@
 #include <dds/dds.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "fabric/dds/listeners.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/subscription.hpp"
 #include "fabric/wire/writer.hpp"
+#include "tests/bench/process_use.hpp"
 #include "tests/support/await.hpp"
 #include "tests/support/wait_for.hpp"
 #include "tests/unit/fabric/two_processes.hpp"
@@ -149,6 +151,24 @@ TEST_F(SlowReader, DoesNotHoldUpTheCallsOfOtherChannels) {
     const auto written = sut.write(request);
     ASSERT_TRUE(written) << "channel " << channel << ": " << written.error();
   }
+}
+
+// Cyclone's own buffers have 4 kB for each sample.
+TEST_F(SlowReader, CostsNoMoreThanTheBytesOfWhatItDoesNotRead) {
+  wire::Writer<Reply> sut(here, "millrace/weather");
+  const wire::Reader<Reply> service(there, "millrace/weather", wire::Keep::last);
+  match(sut);
+  freeze();
+  constexpr std::uint16_t channels = 4000;
+  const double before = bench::resident_mib(::getpid());
+  Reply reply{.key = {.machine = "cnc"}, .state = 1};
+  for (std::uint16_t channel = 1; channel <= channels; ++channel) {
+    reply.key.channel = channel;
+    ASSERT_TRUE(sut.write(reply));
+  }
+  const double grown = bench::resident_mib(::getpid()) - before;
+  EXPECT_TRUE(bench::keeps_what_is_freed || grown < channels * 2048 / 1048576.0)
+      << grown << " MiB more";
 }
 
 // Without the hold, Cyclone creates and frees the instance for each event.
