@@ -11,6 +11,7 @@
 #include <cstring>
 #include <functional>
 #include <string>
+#include <tuple>
 #include <variant>
 
 #include "base/recent.hpp"
@@ -27,7 +28,6 @@ struct ChannelKeyHash {
   }
 };
 
-/// Ordered by channel first.
 struct RequestKey {
   ChannelKey key{};
   /// Of the call: it names the gateway, or the tool that calls in a gateway's place.
@@ -35,7 +35,13 @@ struct RequestKey {
   InstanceId instance{};
   /// In a request that an instance has taken: its requester (Request::requester).
   std::uint64_t requester = 0;
-  auto operator<=>(const RequestKey&) const = default;
+  bool operator==(const RequestKey&) const = default;
+  /// By channel; its number first, since channels of one machine share a name.
+  auto operator<=>(const RequestKey& other) const {
+    return std::tie(key.channel, key.machine, epoch, instance, requester) <=>
+           std::tie(other.key.channel, other.key.machine, other.epoch, other.instance,
+                    other.requester);
+  }
 };
 
 struct RequestKeyHash {

@@ -328,7 +328,7 @@ void Dispatcher::assign(PendingCall& pending, Instance& instance, Decisions& dec
   calls_.assign(pending, instance);
   pending.assignment = std::move(assignment);
   Instances::change_load(instance, [&](Load& load) {
-    instances_.use(instance);
+    instances_.use(instance, pending.key());
     load.has_waiter = load.has_waiter || pending.assignment.waits;
   });
   decisions.emplace_back(Assign{pending.id(), pending.key(), pending.assignment});

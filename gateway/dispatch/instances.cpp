@@ -27,6 +27,12 @@ bool takes_calls(const Instance& instance) {
   return !instance.identity.draining && !instance.lost_at && !instance.unresponsive_until;
 }
 
+/// How many more calls than the least busy one an instance may have and keep its channels. It has
+/// announced how many it runs at once, so a call does not wait for the others there.
+std::uint32_t hardly_busier(const Instance& instance) {
+  return instance.most() / 4;
+}
+
 ScopeGroup::Rank rank_of(const Instance& instance) {
   return {instance.load.total(), ~instance.load.last_used, instance.identity.id};
 }
@@ -153,19 +159,32 @@ const Instances::Group* Instances::group(const std::string& uuid) const {
   return found == groups_.end() ? nullptr : &found->second;
 }
 
-/// The first in the ranking of the most closely named channels that has any.
+/// `ranking` is not empty.
+Instance* Instances::choose_in(const Group& group, const ScopeGroup::Ranking& ranking,
+                               const fabric::ChannelKey& key) const {
+  const auto least_busy = ranking.begin();
+  const std::uint32_t load = std::get<0>(least_busy->first);
+  if ((group.calls + 1) % calls_in_a_row == 0) {
+    return std::prev(ranking.lower_bound({load + 1, 0, {}}))->second;
+  }
+  const auto last = group.last_users.find(key);
+  const auto user =
+      last == group.last_users.end() ? instances_.end() : instances_.find(last->second);
+  if (user == instances_.end() || user->second.load.total() > load + hardly_busier(user->second)) {
+    return least_busy->second;
+  }
+  const auto ranked = ranking.find(rank_of(user->second));
+  return ranked == ranking.end() ? least_busy->second : ranked->second;
+}
+
+/// Of the most closely named channels that have any in this ranking.
 Instance* Instances::choose(ScopeGroup::Ranking ScopeGroup::*ranking, const std::string& uuid,
                             const fabric::ChannelKey& key) const {
   Instance* best = nullptr;
   if (const Group* const of = group(uuid)) {
-    const bool change = (of->calls + 1) % calls_in_a_row == 0;
     visit_scope_groups(*of, key, [&](const ScopeGroup& scope_group) {
       const ScopeGroup::Ranking& ranked = scope_group.*ranking;
-      if (!ranked.empty()) {
-        const auto first = ranked.begin();
-        const std::uint32_t load = std::get<0>(first->first);
-        best = change ? std::prev(ranked.lower_bound({load + 1, 0, {}}))->second : first->second;
-      }
+      best = ranked.empty() ? nullptr : choose_in(*of, ranked, key);
       return best == nullptr;
     });
   }

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "fabric/messages.hpp"
+#include "fabric/request_key.hpp"
 #include "gateway/moment.hpp"
 
 namespace millrace::gateway::dispatch {
@@ -118,13 +119,17 @@ class Instances {
   }
 
   /// The instance for a call, or null: of those in the ranking the one that names the channel most
-  /// closely, then the least busy, then the one that was used last: its process may still be awake,
-  /// and its memory in the caches. After `calls_in_a_row` calls the longest unused one takes over.
+  /// closely, then the least busy, then the one that was used last: its process may still be awake.
+  /// A channel stays with the instance of its last call, which has the channel's entries in the
+  /// caches, while that one is hardly busier than the least busy one. Each call number that
+  /// `calls_in_a_row` divides goes to the longest unused instead.
   [[nodiscard]] Instance* choose(ScopeGroup::Ranking ScopeGroup::*ranking, const std::string& uuid,
                                  const fabric::ChannelKey& key) const;
-  /// It gets a call; its load changes with it.
-  void use(Instance& instance) {
-    instance.load.last_used = ++groups_.at(instance.identity.uuid).calls;
+  /// It gets a call of the channel; its load changes with it.
+  void use(Instance& instance, const fabric::ChannelKey& key) {
+    Group& group = groups_.at(instance.identity.uuid);
+    instance.load.last_used = ++group.calls;
+    group.last_users.insert_or_assign(key, instance.identity.id);
   }
   /// Whether it serves the channel.
   [[nodiscard]] static bool serves(const fabric::InstanceIdentity& identity,
@@ -159,12 +164,16 @@ class Instances {
     std::size_t repeated = 0;
     /// The number of calls that were assigned.
     std::uint64_t calls = 0;
+    /// The instance of each channel's last call; it may be gone, or serve another UUID by now.
+    std::unordered_map<fabric::ChannelKey, fabric::InstanceId, fabric::ChannelKeyHash> last_users;
   };
 
   void list(Instance& instance);
   void unlist(Instance& instance);
   static void rank(Instance& instance);
   static void unrank(const Instance& instance);
+  [[nodiscard]] Instance* choose_in(const Group& group, const ScopeGroup::Ranking& ranking,
+                                    const fabric::ChannelKey& key) const;
   [[nodiscard]] const Group* group(const std::string& uuid) const;
   template <typename Visit>
   static void visit_scope_groups(const Group& group, const fabric::ChannelKey& key, Visit visit);

@@ -1,6 +1,6 @@
 // Values of a limited number of recent calls. Pure.
 //
-//   CallMemory<CallKey, Reply> answered(1024);
+//   CallMemory<CallKey, Reply, CallKeyHash> answered(1024);
 //   answered.put(request.requester, name, reply);
 //   if (const Reply* reply = answered.find(name)) …
 #pragma once
@@ -9,12 +9,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
+#include <unordered_map>
 #include <utility>
 
 namespace millrace::services::sdk {
 
-template <typename Key, typename Value>
+template <typename Key, typename Value, typename Hash = std::hash<Key>>
 class CallMemory {
  public:
   explicit CallMemory(std::size_t most) : most_(most) {}
@@ -46,7 +48,7 @@ class CallMemory {
 
  private:
   std::size_t most_;
-  std::map<Key, Value> known_;
+  std::unordered_map<Key, Value, Hash> known_;
   /// By requester, the oldest first.
   std::map<std::uint64_t, std::deque<Key>> order_;
 };

@@ -72,7 +72,6 @@ using Actions = std::vector<Action>;
 /// Two requests are for the same call if all of this is equal. Of two calls with one id the second
 /// waits for the end of the first.
 struct CallKey {
-  /// First, so that most comparisons end with it.
   fabric::CallId call{};
   fabric::ChannelKey key{};
   /// 0 without proved requesters.
@@ -80,7 +79,13 @@ struct CallKey {
   std::string uuid{};
   std::string text{};
   std::uint32_t state = 0;
-  auto operator<=>(const CallKey&) const = default;
+  bool operator==(const CallKey&) const = default;
+};
+
+struct CallKeyHash {
+  std::size_t operator()(const CallKey& key) const {
+    return key.call.epoch ^ std::hash<std::uint64_t>()(key.call.number);
+  }
 };
 
 struct CallSchedulerOptions {
@@ -180,9 +185,9 @@ class CallScheduler {
   /// In the order of arrival; at most one of each channel and gateway.
   std::deque<RunningCall> waiting_;
   std::map<fabric::RequestKey, LatestRequest> requests_;
-  CallMemory<CallKey, AnsweredCall> answered_{options_.memory};
+  CallMemory<CallKey, AnsweredCall, CallKeyHash> answered_{options_.memory};
   /// The newest declined attempt of each call.
-  CallMemory<CallKey, std::uint32_t> declined_{options_.memory};
+  CallMemory<CallKey, std::uint32_t, CallKeyHash> declined_{options_.memory};
   fabric::InstanceStatus counters_;
   std::chrono::nanoseconds handler_time_{};
 };

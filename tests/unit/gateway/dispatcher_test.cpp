@@ -186,6 +186,51 @@ TEST_F(DispatcherTest, PrefersTheInstanceThatWasUsedLast) {
   EXPECT_THAT(add(3), ElementsAre("3→2#1"));
 }
 
+TEST_F(DispatcherTest, KeepsAChannelWithTheInstanceOfItsLastCall) {
+  ready({1, 2});
+  EXPECT_THAT(add(1), ElementsAre("1→1#1"));
+  EXPECT_THAT(add(2), ElementsAre("2→2#1"));
+  remove(1);
+  remove(2);
+  EXPECT_THAT(add(1), ElementsAre("1→1#1"));
+  EXPECT_THAT(add(3), ElementsAre("3→2#1"));
+}
+
+/// Where channel 9's next call goes: its last one was at instance 1, which has `calls` of others;
+/// instance 2 is idle. Both run 16 at once.
+std::vector<std::string> next_call_beside(std::uint16_t calls) {
+  dispatch::Dispatcher sut;
+  auto identity = instance(1);
+  identity.concurrency = 16;
+  sut.on_instance_ready(identity);
+  sut.add(call(9));
+  sut.remove({1, 9});
+  for (std::uint16_t channel = 1; channel <= calls; ++channel) {
+    sut.add(call(channel));
+  }
+  identity = instance(2);
+  identity.concurrency = 16;
+  sut.on_instance_ready(identity);
+  return words(sut.add(call(9)));
+}
+
+TEST(ADispatcher, KeepsAChannelWithAnInstanceThatIsAQuarterOfItsConcurrencyBusier) {
+  EXPECT_THAT(next_call_beside(4), ElementsAre("9→1#1"));
+}
+
+TEST(ADispatcher, MovesAChannelFromAnInstanceThatIsBusierThanThat) {
+  EXPECT_THAT(next_call_beside(5), ElementsAre("9→2#1"));
+}
+
+TEST_F(DispatcherTest, DispatchesAChannelToAnotherInstanceOnceItsLastOneIsForgotten) {
+  ready({1, 2});
+  ASSERT_THAT(add(1), ElementsAre("1→1#1"));
+  remove(1);
+  sut.on_instance_gone(id(1), start);
+  sut.on_time(start + 100ms);
+  EXPECT_THAT(add(1), ElementsAre("1→2#1"));
+}
+
 TEST_F(DispatcherTest, GoesOnToTheInstanceThatIsUnusedLongestWithEvery64thCall) {
   ready({1, 2, 3});
   std::vector<std::string> changes;
