@@ -74,7 +74,7 @@ std::string raw_partition(std::uint32_t peer) {
 }
 
 struct RawRequester::Impl {
-  explicit Impl(std::uint32_t domain) : end(domain) {}
+  Impl(std::uint32_t domain, std::uint32_t peers) : end(domain), reached(peers) {}
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
   ~Impl() { dds_set_listener(reader, nullptr); }
@@ -85,17 +85,18 @@ struct RawRequester::Impl {
     Clock::time_point started;
   };
 
-  void add_place() {
-    Place& place = places.emplace_back();
-    std::copy_n("cnc", 4, std::begin(place.request.machine));
-    place.request.channel = static_cast<std::uint16_t>(places.size());
-    place.request.epoch = 1;
-    bench_uuid.copy(std::data(place.request.uuid), std::size(place.request.uuid) - 1);
-    place.request.text = {._maximum = static_cast<std::uint32_t>(text.size()),
-                          ._length = static_cast<std::uint32_t>(text.size()),
-                          ._buffer = reinterpret_cast<std::uint8_t*>(text.data()),
-                          ._release = false};
-    place.request.state = 1;
+  bench_RawMessage request_of(std::size_t key) {
+    bench_RawMessage request{};
+    std::copy_n("cnc", 4, std::begin(request.machine));
+    request.channel = static_cast<std::uint16_t>(key + 1);
+    request.epoch = 1;
+    bench_uuid.copy(std::data(request.uuid), std::size(request.uuid) - 1);
+    request.text = {._maximum = static_cast<std::uint32_t>(text.size()),
+                    ._length = static_cast<std::uint32_t>(text.size()),
+                    ._buffer = reinterpret_cast<std::uint8_t*>(text.data()),
+                    ._release = false};
+    request.state = 1;
+    return request;
   }
 
   /// False when all wanted calls have been made.
@@ -124,6 +125,10 @@ struct RawRequester::Impl {
 
   void take(const bench_RawMessage& reply) {
     const std::size_t key = reply.channel - 1U;
+    if (reply.number == 0) {
+      reached.at(key) = true;
+      return;
+    }
     if (key >= places.size() || reply.number != places[key].request.number || to_finish == 0) {
       return;
     }
@@ -141,6 +146,8 @@ struct RawRequester::Impl {
   std::vector<dds_entity_t> writers;
   dds_entity_t reader = 0;
   std::vector<Place> places;
+  /// The peers that have answered request 0.
+  std::vector<std::atomic<bool>> reached;
   bool rotate = false;
   Series round_trips;
   std::atomic<std::int64_t> to_start = 0;
@@ -150,7 +157,7 @@ struct RawRequester::Impl {
 };
 
 RawRequester::RawRequester(std::uint32_t domain, std::uint32_t peers)
-    : impl_(std::make_unique<Impl>(domain)) {
+    : impl_(std::make_unique<Impl>(domain, peers)) {
   for (std::uint32_t peer = 0; peer < peers; ++peer) {
     impl_->writers.push_back(impl_->end.create_writer(impl_->end.requests(), raw_partition(peer)));
   }
@@ -175,11 +182,23 @@ bool RawRequester::await_peers(std::chrono::milliseconds limit) {
     dds_get_subscription_matched_status(impl_->reader, &status);
     return status.current_count >= impl_->writers.size();
   };
-  while (!all_matched()) {
+  // A peer that has not matched this reader yet answers, and the answer is lost.
+  const auto all_reached = [&] {
+    bool all = true;
+    for (std::size_t peer = 0; peer < impl_->writers.size(); ++peer) {
+      if (!impl_->reached[peer]) {
+        all = false;
+        const bench_RawMessage request = impl_->request_of(peer);
+        dds_write(impl_->writers[peer], &request);
+      }
+    }
+    return all;
+  };
+  while (!all_matched() || !all_reached()) {
     if (Clock::now() >= end) {
       return false;
     }
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   return true;
 }
@@ -188,7 +207,7 @@ std::optional<RawResult> RawRequester::run(std::size_t calls, std::size_t in_fli
                                            std::chrono::milliseconds limit) {
   impl_->places.reserve(in_flight);
   while (impl_->places.size() < in_flight) {
-    impl_->add_place();
+    impl_->places.push_back({impl_->request_of(impl_->places.size()), {}});
   }
   impl_->rotate = in_flight < impl_->writers.size();
   impl_->round_trips = {};
