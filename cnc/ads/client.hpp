@@ -95,9 +95,9 @@ class Client {
 
   /// Subscribes to values: all in one sum request (0xF085) where the controller supports it,
   /// otherwise one by one until one is refused for good. Returns the handle or the error of each,
-  /// in their order; the requests after a refusal of the service itself get the same error. `told`
-  /// may be called before this returns, and is not called after unsubscribe() or the end of the
-  /// connection. ADS does not guarantee delivery.
+  /// in their order; the requests after a refusal of the service itself get the same error.
+  /// `handler` may be called before this returns, and is not called after unsubscribe() or the end
+  /// of the connection. ADS does not guarantee delivery.
   boost::asio::awaitable<std::vector<Result<std::uint32_t>>> subscribe(
       std::uint16_t port, std::vector<AddNotificationRequest> wanted, NotificationHandler handler);
   /// Deletes the subscriptions at the controller while the connection lasts. Their handler is not

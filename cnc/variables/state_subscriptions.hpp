@@ -1,8 +1,8 @@
 // Notifications from the controller when REQUEST_STATE and RESPONSE_STATE of channels change.
 //
-//   StateSubscriptions subscriptions(client, "CH[{channel}].{variable}", told);
+//   StateSubscriptions subscriptions(client, "CH[{channel}].{variable}", on_state);
 //   auto outcomes = co_await subscriptions.subscribe({1, 2});     // one for each: granted, or the error
-//   → told(1, ServiceVariable::request_state, 7)
+//   → on_state(1, ServiceVariable::request_state, 7)
 //   co_await subscriptions.unsubscribe({1});
 //
 // Each variable needs a handle for its symbol name (0xF003) and a notification on that handle
@@ -38,7 +38,8 @@ struct SubscriptionOutcome {
 /// The client must outlive the pending requests. One subscribe() or unsubscribe() at a time.
 class StateSubscriptions {
  public:
-  /// `symbol` contains {channel} and {variable}. `told` is not called after forget() or leave().
+  /// `symbol` contains {channel} and {variable}. `on_state` is not called after forget() or
+  /// leave().
   StateSubscriptions(ads::Client& client, std::string symbol, StateNotificationHandler on_state)
       : client_(client), symbol_(std::move(symbol)), on_state_(std::move(on_state)) {}
 

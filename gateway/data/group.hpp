@@ -149,7 +149,7 @@ fabric::ValueType type_of(const cnc::variables::Reading& reading);
 tl::expected<fabric::Elements, std::string> elements_of(const cnc::variables::Reading& reading,
                                                         cnc::variables::BytesView answer);
 
-/// Whether `now` differs from the published value `told`: another quality, reason or text, a number
+/// Whether `now` differs from the published value `last`: another quality, reason or text, a number
 /// that differs by more than `deadband`, other elements. Its time does not count.
 bool is_news(const fabric::Value& last, const fabric::Value& now, double deadband);
 

@@ -31,8 +31,8 @@ export function callView(app, id, path, back) {
   const nameOf = (instance) => {
     const known = app.model.services.get(instance);
     // The name of an instance that is gone is in the gateway's text about the attempt.
-    const told = shown?.steps.find((step) => step.hop === 'dispatched' && step.instance === instance)?.detail;
-    return known?.name ? `${known.name} @ ${known.host}` : told ? inReadersLanguage(told) : instance;
+    const recorded = shown?.steps.find((step) => step.hop === 'dispatched' && step.instance === instance)?.detail;
+    return known?.name ? `${known.name} @ ${known.host}` : recorded ? inReadersLanguage(recorded) : instance;
   };
   const ended = (timeline) => timeline.steps.some((step) => step.hop === 'written back' || step.hop === 'withdrawn by the program');
 

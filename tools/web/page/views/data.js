@@ -30,7 +30,7 @@ const mark = ([form, level], word) => element('span', { class: 'result', 'data-l
 const replayed = (is) => is && element('span', { class: 'replayed' }, ` ${words.calls.replayed}`);
 /** Why a value is not good. */
 const why = (gone, reason) => (gone ? element('span', { class: 'detail' }, text.gone) : reason && explained(reason, 'detail'));
-const beginOf = (run) => milliseconds(run.started ?? run.told);
+const beginOf = (run) => milliseconds(run.started ?? run.reported);
 
 /** Names of the values of a variable from 0 on; null for numbers. */
 const namesOf = (name, type) => (type === 'BOOLEAN' ? ['FALSE', 'TRUE'] : text.names[name] ?? null);
@@ -57,7 +57,7 @@ function lineCard(app, id, type, zoomed) {
   const drawn = plot(name, [name], { step: true, side: state, names: namesOf(name, type), zoomed });
   const list = element('ol', { class: 'changes', hidden: true });
   const node = element('div', { class: 'line', 'data-variable': id }, drawn.node, list);
-  let told = '';
+  let lastShown = '';
   return {
     node,
     update({ line, from, to, now, offset }) {
@@ -65,8 +65,8 @@ function lineCard(app, id, type, zoomed) {
       const quality = value ? qualityOf(value.gone, value.quality) : 'stale';
       const lasting = value?.at ? age(now - milliseconds(value.at)) : '';
       const fresh = JSON.stringify([value?.text, quality, value?.reason, value?.gone, value?.replayed, quality === 'stale' && lasting]);
-      if (fresh !== told) {
-        told = fresh;
+      if (fresh !== lastShown) {
+        lastShown = fresh;
         setAttribute(node, 'data-quality', quality);
         replace(state, element('strong', {}, value?.array ? visible(value.text) : shown(value?.value, name)), replayed(value?.replayed),
           quality !== 'good' && mark(marks[quality], `${text.quality[quality]}${quality === 'stale' && lasting ? ` ${lasting}` : ''}`),
@@ -91,13 +91,13 @@ function band() {
   const lane = element('div', { class: 'band-lane' });
   const bars = new Keyed(lane, () => {
     const node = element('div', { class: 'band-run' });
-    let told = '';
+    let lastShown = '';
     return {
       node,
       update({ run, place }) {
         const fresh = run.state + run.program;
-        if (fresh !== told) {
-          told = fresh;
+        if (fresh !== lastShown) {
+          lastShown = fresh;
           setAttribute(node, 'data-state', run.state);
           // There is no room for the folder.
           replace(node, shape(outcomes[run.state]?.[0]), element('span', {}, run.program.split(/[\\/]/).at(-1) || text.noName));
@@ -112,7 +112,7 @@ function band() {
     node,
     update({ channel, runs, from, to, now }) {
       setText(label, words.plant.channel(channel));
-      bars.show(runs.map((run) => ({ run, place: placeOf(beginOf(run), run.ended ? milliseconds(run.ended) : run.state === 'unknown' ? milliseconds(run.told) : now, from, to) }))
+      bars.show(runs.map((run) => ({ run, place: placeOf(beginOf(run), run.ended ? milliseconds(run.ended) : run.state === 'unknown' ? milliseconds(run.reported) : now, from, to) }))
         .filter(({ place }) => place), ({ run }) => beginOf(run));
     },
   };
@@ -128,7 +128,7 @@ function variableRow(choose) {
   cells.variable.append(element('label', { class: 'tick' }, tick, name));
   const node = element('tr', {}, Object.values(cells));
   let id = '';
-  let told = '';
+  let lastShown = '';
   tick.addEventListener('change', () => choose(id, tick.checked));
   return {
     node,
@@ -144,8 +144,8 @@ function variableRow(choose) {
       setText(cells.group, `${visible(sample.group)} · ${words.plant.channel(sample.channel)}`);
       setText(cells.every, sample.period_ms > sample.wanted_ms ? text.slow(period(sample.period_ms), period(sample.wanted_ms)) : period(sample.wanted_ms));
       const fresh = quality + value.reason + sample.gone + sample.replayed;
-      if (fresh !== told) {
-        told = fresh;
+      if (fresh !== lastShown) {
+        lastShown = fresh;
         setAttribute(node, 'data-quality', quality);
         replace(cells.quality, mark(marks[quality], text.quality[quality]), replayed(sample.replayed),
           why(sample.gone, messageOf(value, 'reason')));
@@ -173,8 +173,8 @@ function runRow(app) {
       setText(cells.error, run.error ? String(run.error) : words.services.noValue);
       setText(cells.parts, run.parts === undefined ? words.services.noValue : number(run.parts));
       const fresh = run.state + run.detail + run.replayed;
-      if (node.dataset.told !== fresh) {
-        node.dataset.told = fresh;
+      if (node.dataset.shown !== fresh) {
+        node.dataset.shown = fresh;
         replace(cells.outcome, mark(outcomes[run.state] ?? outcomes.unknown, text.outcomes[run.state] ?? run.state), replayed(run.replayed),
           run.detail && explained(messageOf(run, 'detail'), 'detail'));
       }
