@@ -273,7 +273,7 @@ export function recordedTimeline() {
 /** Findings of different kinds, as /api/doctor tells them. */
 export const diagnoses = () => ({
   healthy: false, fabric: 'plant', domain: 151, interface: 'eth0', multicast: true, time: ago(1), clocks: [{ host: 'hall-3', asked: 'sq', ahead_ms: 1.2, error_ms: 0.1 }],
-  programs: [{ name: 'sq', host: 'vm', pid: '7', addresses: 'udp/10.0.0.5:7410', fabrics: ['plant'], gateway: false, received: true, serves: [uuids.root], self: false }],
+  programs: [{ name: 'sq', host: 'vm', pid: '7', addresses: 'udp/10.0.0.5:7410', fabrics: ['plant'], gateway: false, heard: true, serves: [uuids.root], self: false }],
   diagnoses: [
     ['problem', said('about', 'mill_2/3', said('about', said('what_held'), said('instance_lost_held', 'sq (pid 7 on vm)'))),
       step('start_service_first'), step('check_machine'), command('millrace retry mill_2/3')],

@@ -80,7 +80,7 @@ boost::json::object json_of(const Findings& found, const std::vector<Diagnosis>&
         {"addresses", print::utf8(each.addresses)},
         {"fabrics", boost::json::array(each.fabrics.begin(), each.fabrics.end())},
         {"gateway", each.is_gateway},
-        {"received", !each.is_gateway || is_received(found, each)},
+        {"heard", !each.is_gateway || is_received(found, each)},
         {"serves", boost::json::array(each.serves.begin(), each.serves.end())},
         {"self", each.self}});
   }

@@ -155,7 +155,7 @@ boost::json::object ProgramStore::json_of(const Run& run) {
                  : run.is_unknown                          ? "unknown"
                  : event.kind == ProgramEventKind::on_hold ? "on hold"
                                                            : "running";
-  print::put_time(out, "reported", event.at);
+  print::put_time(out, "told", event.at);
   if (run.ended) {
     print::put_time(out, "ended", *run.ended);
   }

@@ -213,7 +213,8 @@ TEST_F(ClientConnect, GivesUpAConnectionThatDoesNotAnswerARequestWhateverElseItS
 }
 
 TEST_F(ClientConnect, GivesUpAConnectionWhoseRouterHasNoCncForATimeout) {
-  options.timeout = 300ms;
+  // Longer than a busy host lets a response wait.
+  options.timeout = 2s;
   auto peer = establish();
   watch_downs();
   int refused = 0;
@@ -230,7 +231,7 @@ TEST_F(ClientConnect, GivesUpAConnectionWhoseRouterHasNoCncForATimeout) {
   EXPECT_EQ(downs[0].code, ErrorCode::target_port_not_found);
   EXPECT_THAT(downs[0].message,
               HasSubstr("answers, but nothing serves its AMS port 552: does the CNC run?"));
-  EXPECT_GE(downs[0].silent_for, 300ms);
+  EXPECT_GE(downs[0].silent_for, 2s);
 }
 
 TEST_F(ClientConnect, NamesTheErrorOfARouterThatDoesNotReachTheCnc) {
@@ -242,7 +243,7 @@ TEST_F(ClientConnect, NamesTheErrorOfARouterThatDoesNotReachTheCnc) {
 }
 
 TEST_F(ClientConnect, KeepsAConnectionThatHasAnsweredALaterRequest) {
-  options.timeout = 300ms;
+  options.timeout = 1s;
   auto peer = establish();
   watch_downs();
   auto lost = start_read();

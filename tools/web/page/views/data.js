@@ -30,7 +30,7 @@ const mark = ([form, level], word) => element('span', { class: 'result', 'data-l
 const replayed = (is) => is && element('span', { class: 'replayed' }, ` ${words.calls.replayed}`);
 /** Why a value is not good. */
 const why = (gone, reason) => (gone ? element('span', { class: 'detail' }, text.gone) : reason && explained(reason, 'detail'));
-const beginOf = (run) => milliseconds(run.started ?? run.reported);
+const beginOf = (run) => milliseconds(run.started ?? run.told);
 
 /** Names of the values of a variable from 0 on; null for numbers. */
 const namesOf = (name, type) => (type === 'BOOLEAN' ? ['FALSE', 'TRUE'] : text.names[name] ?? null);
@@ -112,7 +112,7 @@ function band() {
     node,
     update({ channel, runs, from, to, now }) {
       setText(label, words.plant.channel(channel));
-      bars.show(runs.map((run) => ({ run, place: placeOf(beginOf(run), run.ended ? milliseconds(run.ended) : run.state === 'unknown' ? milliseconds(run.reported) : now, from, to) }))
+      bars.show(runs.map((run) => ({ run, place: placeOf(beginOf(run), run.ended ? milliseconds(run.ended) : run.state === 'unknown' ? milliseconds(run.told) : now, from, to) }))
         .filter(({ place }) => place), ({ run }) => beginOf(run));
     },
   };

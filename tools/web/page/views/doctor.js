@@ -20,7 +20,7 @@ function finding(each) {
 }
 
 function role(program) {
-  const roles = [program.self && text.self, program.gateway && (program.received ? text.gateway : text.silentGateway),
+  const roles = [program.self && text.self, program.gateway && (program.heard ? text.gateway : text.silentGateway),
     program.serves.length > 0 && text.serves(program.serves.map(visible).join(', '))].filter(Boolean);
   return roles.join(', ') || text.looksOn;
 }
