@@ -96,6 +96,38 @@ TEST_F(AnOutcomeCheck, FindsAWithdrawalThatWasNone) {
   EXPECT_THAT(sut.at_the_end(), ElementsAre(EndsWith("for withdrawn, but it is answered")));
 }
 
+// The program has not yet taken back the request that another gateway has answered with the same.
+TEST_F(AnOutcomeCheck, AcceptsACallForAnsweredWhoseRequestAnotherGatewayHasAnsweredBefore) {
+  reply(fabric::ServiceCode::ok);
+  release(instance);
+  publish(EventKind::written, instance);
+  const auto answer_again = [&](fabric::CallId later) {
+    add(Claimed{.gateway = 1, .key = channel, .call = later, .request = {}});
+    Replied replied;
+    replied.reply.key = channel;
+    replied.reply.call = later;
+    replied.reply.attempt = 1;
+    replied.reply.instance = instance;
+    replied.reply.text = "good";
+    add(replied);
+    add(Answered{.call = later, .answer = {instance, 1, "good", 0}});
+    EventPublished written;
+    written.event.key = channel;
+    written.event.call = later;
+    written.event.kind = EventKind::written;
+    written.event.attempt = 1;
+    written.event.instance = instance;
+    written.event.text = "good";
+    add(written);
+    add(Ended{.key = channel, .call = later, .answered = true});
+  };
+  answer_again({0x60, 1});
+  EXPECT_THAT(sut.at_the_end(), IsEmpty());
+  add(ProgramAsked{.key = channel, .request = {}});
+  answer_again({0x60, 2});
+  EXPECT_THAT(sut.at_the_end(), ElementsAre(EndsWith("for answered, but it is withdrawn")));
+}
+
 TEST_F(AnOutcomeCheck, DoesNotJudgeCallsOfALostJournal) {
   reply(fabric::ServiceCode::ok);
   release(instance);

@@ -18,8 +18,10 @@ OutcomeCheck::KnownCall* OutcomeCheck::find(const fabric::CallId& call) {
 }
 
 void OutcomeCheck::on(const Claimed& fact, Time) {
-  known_.try_emplace(fact.call, fact.call, fact.gateway).first->second.misled |=
-      crossed_.contains(fact.key);
+  KnownCall& known = known_.try_emplace(fact.call, fact.call, fact.gateway).first->second;
+  const auto answered = answered_by_.find(fact.key);
+  known.misled |= crossed_.contains(fact.key) ||
+                  (answered != answered_by_.end() && answered->second != fact.gateway);
   last_[fact.key][fact.gateway] = fact.call;
 }
 
@@ -72,6 +74,7 @@ void OutcomeCheck::on(const WriteDone& fact, Time) {
   KnownCall* const known = find(fact.call);
   if (known != nullptr && fact.answer) {
     known->released = true;
+    answered_by_.insert_or_assign(fact.key, fact.gateway);
   }
   for (const auto& [gateway, call] : last_[fact.key]) {
     KnownCall* const other = gateway == fact.gateway ? nullptr : find(call);
@@ -83,6 +86,7 @@ void OutcomeCheck::on(const WriteDone& fact, Time) {
 
 void OutcomeCheck::on(const ProgramAsked& fact, Time) {
   crossed_.erase(fact.key);
+  answered_by_.erase(fact.key);
 }
 
 void OutcomeCheck::on(const ProgramReleased& fact, Time) {

@@ -42,8 +42,8 @@ class OutcomeCheck final : public Check {
     /// Its last write has taken effect.
     bool released = false;
     /// Its gateway has sent a write that may release the program, has restarted with the response,
-    /// another gateway has written to the channel, or an answer to an earlier request has released
-    /// the program: it may take the call for answered.
+    /// another gateway has written to the channel, or has answered the same request before, or an
+    /// answer to an earlier request has released the program: it may take the call for answered.
     bool misled = false;
     std::vector<fabric::Reply> replies{};
     /// Its gateway has refused a response.
@@ -75,6 +75,8 @@ class OutcomeCheck final : public Check {
   std::map<Key, std::map<GatewayNumber, fabric::CallId>> last_;
   /// The channels whose newest request has ended with an answer to an earlier one.
   std::set<Key> crossed_;
+  /// The gateway that has answered the newest request of a channel.
+  std::map<Key, GatewayNumber> answered_by_;
 };
 
 }  // namespace millrace::tests::simulation
