@@ -20,8 +20,7 @@ constexpr std::int32_t last_of_a_key = 32;
 /// Requests of one channel, and replies to it by one instance: a slow recorder, or one that
 /// discovers the writer only now, gets them although the calls are over. While a writer is busy (no
 /// 160 ms without a write) Cyclone never asks its readers what they have received, so it keeps this
-/// many of each key, about 400 bytes each. Half as many are too few for five calls and their
-/// withdrawals.
+/// many of each key. Half as many are too few for five calls and their withdrawals.
 constexpr std::int32_t calls_in_flight = 16;
 
 /// The event topic has no key, so the depth is what may be on its way at once.

@@ -11,9 +11,15 @@
 
 #include "fabric/wire/codec.hpp"
 #include "fabric/wire/endpoint.hpp"
-#include "fabric/wire/exact_write.hpp"
 
 namespace millrace::fabric::wire {
+
+/// dds_write, but a writer that keeps the sample keeps its bytes: Cyclone 0.10 serialises a sample
+/// of more than 128 bytes into a buffer of 4 kB and does not shrink it (dds_ostream_grow), and a
+/// writer may keep sixteen of each key. `sample` is a C struct of the writer's type. From any
+/// thread; returns Cyclone's code.
+dds_return_t write_exactly(dds_entity_t writer, const void* sample,
+                           const dds_topic_descriptor_t& type);
 
 /// RAII; the constructor throws std::runtime_error with Cyclone's reason.
 template <typename Value>

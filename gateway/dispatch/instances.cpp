@@ -29,7 +29,7 @@ bool takes_calls(const Instance& instance) {
 
 /// How many more calls than the least busy one an instance may have and keep its channels. It has
 /// announced how many it runs at once, so a call does not wait for the others there.
-std::uint32_t hardly_busier(const Instance& instance) {
+std::uint32_t most_calls_ahead(const Instance& instance) {
   return instance.most() / 4;
 }
 
@@ -167,10 +167,11 @@ Instance* Instances::choose_in(const Group& group, const ScopeGroup::Ranking& ra
   if ((group.calls + 1) % calls_in_a_row == 0) {
     return std::prev(ranking.lower_bound({load + 1, 0, {}}))->second;
   }
-  const auto last = group.last_users.find(key);
+  const auto last = group.last_instances.find(key);
   const auto user =
-      last == group.last_users.end() ? instances_.end() : instances_.find(last->second);
-  if (user == instances_.end() || user->second.load.total() > load + hardly_busier(user->second)) {
+      last == group.last_instances.end() ? instances_.end() : instances_.find(last->second);
+  if (user == instances_.end() ||
+      user->second.load.total() > load + most_calls_ahead(user->second)) {
     return least_busy->second;
   }
   const auto ranked = ranking.find(rank_of(user->second));

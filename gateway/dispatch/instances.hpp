@@ -129,7 +129,7 @@ class Instances {
   void use(Instance& instance, const fabric::ChannelKey& key) {
     Group& group = groups_.at(instance.identity.uuid);
     instance.load.last_used = ++group.calls;
-    group.last_users.insert_or_assign(key, instance.identity.id);
+    group.last_instances.insert_or_assign(key, instance.identity.id);
   }
   /// Whether it serves the channel.
   [[nodiscard]] static bool serves(const fabric::InstanceIdentity& identity,
@@ -165,7 +165,8 @@ class Instances {
     /// The number of calls that were assigned.
     std::uint64_t calls = 0;
     /// The instance of each channel's last call; it may be gone, or serve another UUID by now.
-    std::unordered_map<fabric::ChannelKey, fabric::InstanceId, fabric::ChannelKeyHash> last_users;
+    std::unordered_map<fabric::ChannelKey, fabric::InstanceId, fabric::ChannelKeyHash>
+        last_instances;
   };
 
   void list(Instance& instance);

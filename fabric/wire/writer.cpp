@@ -1,9 +1,7 @@
-#include "fabric/wire/exact_write.hpp"
+#include "fabric/wire/writer.hpp"
 
 #include <array>
 #include <bit>
-#include <cstring>
-#include <memory>
 #include <vector>
 
 #include <dds/ddsi/ddsi_cdrstream.h>
