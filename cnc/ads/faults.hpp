@@ -1,6 +1,4 @@
 // Faults that a server makes deliberately, to test clients. All are off by default.
-//
-//   server.set_faults({.delay = 50ms, .drop_every = 10});
 #pragma once
 
 #include <chrono>

@@ -283,10 +283,6 @@ std::size_t Server::connections() const {
   return impl_->connections.size();
 }
 
-void Server::set_faults(const Faults& faults) {
-  impl_->options.faults = faults;
-}
-
 void Server::drain(std::chrono::milliseconds limit, std::function<void(bool)> done) {
   const auto over = std::make_shared<asio::steady_timer>(impl_->acceptor.get_executor(), limit);
   over->async_wait([self = impl_, over, done = std::move(done)](boost::system::error_code error) {

@@ -74,8 +74,6 @@ class Server {
   /// The port on which it listens.
   [[nodiscard]] std::uint16_t tcp_port() const;
   [[nodiscard]] std::size_t connections() const;
-  /// Changes the faults from now on, also for existing connections.
-  void set_faults(const Faults& faults);
   /// Calls `done` with true once all responses so far are sent, or with false if that takes longer
   /// than `limit`. Never from within this function, and not after stop().
   void drain(std::chrono::milliseconds limit, std::function<void(bool)> done);

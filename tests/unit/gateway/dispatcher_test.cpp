@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/unit/gateway/decisions_in_words.hpp"
+
 namespace millrace::gateway {
 namespace {
 
@@ -55,23 +57,6 @@ std::shared_ptr<const CallRecord> dispatched(
   return record;
 }
 
-/// "1→2#1": channel 1's call goes to instance 2 as attempt 1; "1 lost", "1 held"; "1: reason".
-std::vector<std::string> words(const dispatch::Decisions& decisions) {
-  std::vector<std::string> out;
-  for (const dispatch::Decision& decision : decisions) {
-    if (const auto* assign = std::get_if<dispatch::Assign>(&decision)) {
-      out.push_back(fmt::format("{}→{}#{}", assign->key.channel,
-                                assign->assignment.attempt.instance.bytes[0],
-                                assign->assignment.attempt.number));
-    } else if (const auto* back = std::get_if<dispatch::Unassign>(&decision)) {
-      out.push_back(fmt::format("{} {}", back->key.channel, back->held ? "held" : "lost"));
-    } else if (const auto* explain = std::get_if<dispatch::Explain>(&decision)) {
-      out.push_back(fmt::format("{}: {}", explain->key.channel, explain->reason.text));
-    }
-  }
-  return out;
-}
-
 auto has(std::string_view code, const testing::Matcher<std::string>& text) {
   return testing::Optional(testing::AllOf(testing::Field(&fabric::Message::code, code),
                                           testing::Field(&fabric::Message::text, text)));
@@ -89,17 +74,19 @@ class DispatcherTest : public testing::Test {
     sut.on_instance_ready(identity);
     add(1);
     sut.on_instance_gone(identity.id, start);
-    EXPECT_THAT(words(sut.on_time(start + 100ms)), ElementsAre("1 held"));
+    EXPECT_THAT(in_words(sut.on_time(start + 100ms)), ElementsAre("1 held"));
   }
-  std::vector<std::string> add(std::uint16_t channel) { return words(sut.add(call(channel))); }
-  std::vector<std::string> remove(std::uint16_t channel) { return words(sut.remove({1, channel})); }
+  std::vector<std::string> add(std::uint16_t channel) { return in_words(sut.add(call(channel))); }
+  std::vector<std::string> remove(std::uint16_t channel) {
+    return in_words(sut.remove({1, channel}));
+  }
 
   dispatch::Dispatcher sut;
 };
 
 TEST_F(DispatcherTest, DispatchesACallToAnInstanceOfItsUuidWhateverTheCase) {
   ready({1});
-  EXPECT_THAT(words(sut.add(call(1, "{560AACBF-6335-44a9-895A-8B27F3ED5E47}"))),
+  EXPECT_THAT(in_words(sut.add(call(1, "{560AACBF-6335-44a9-895A-8B27F3ED5E47}"))),
               ElementsAre("1→1#1"));
 }
 
@@ -128,14 +115,15 @@ TEST_F(DispatcherTest, PrefersTheClosestNameOfAChannel) {
     sut.on_instance_ready(identity);
   }
   EXPECT_THAT(add(7), ElementsAre("7→3#1"));
-  EXPECT_THAT(words(sut.add({.id = {1, 70}, .key = {"cnc", 7}, .request = {uuid, "", 1}})),
-              ElementsAre("7→2#1"));
+  EXPECT_THAT(in_words(sut.add({.id = {1, 70}, .key = {"cnc", 7}, .request = {uuid, "", 1}})),
+              ElementsAre("70→2#1"));
   EXPECT_THAT(add(8), ElementsAre("8→1#1"));
 }
 
 TEST_F(DispatcherTest, DispatchesTheCallsOfAQueueToTheClosestScope) {
   const auto queued = [&](std::uint64_t number) {
-    return words(sut.add({.id = {1, number}, .key = {"cnc.alarms", 7}, .request = {uuid, "", 1}}));
+    return in_words(
+        sut.add({.id = {1, number}, .key = {"cnc.alarms", 7}, .request = {uuid, "", 1}}));
   };
   auto other = instance(9);
   other.channels = {{"cnc", 8}, {"press", 7}, {"cnc.parts", 7}};
@@ -146,12 +134,12 @@ TEST_F(DispatcherTest, DispatchesTheCallsOfAQueueToTheClosestScope) {
                                       {3, {"cnc.alarms", 7}}}) {
     auto identity = instance(number);
     identity.channels = {scope};
-    const auto given = words(sut.on_instance_ready(identity));
+    const auto given = in_words(sut.on_instance_ready(identity));
     // The first instance takes the waiting call.
     EXPECT_EQ(given.empty(), number != 1);
   }
-  EXPECT_THAT(queued(2), ElementsAre("7→3#1"));
-  EXPECT_THAT(queued(3), ElementsAre("7→2#1"));
+  EXPECT_THAT(queued(2), ElementsAre("2→3#1"));
+  EXPECT_THAT(queued(3), ElementsAre("3→2#1"));
 }
 
 TEST_F(DispatcherTest, UsesAnInstanceWithoutChannelsIfTheOneThatNamesTheChannelIsBusy) {
@@ -211,7 +199,7 @@ std::vector<std::string> next_call_beside(std::uint16_t calls) {
   identity = instance(2);
   identity.concurrency = 16;
   sut.on_instance_ready(identity);
-  return words(sut.add(call(9)));
+  return in_words(sut.add(call(9)));
 }
 
 TEST(ADispatcher, KeepsAChannelWithAnInstanceThatIsAQuarterOfItsConcurrencyBusier) {
@@ -266,40 +254,41 @@ TEST_F(DispatcherTest, DispatchesNothingNewToADrainingInstance) {
   add(1);
   auto draining = instance(1);
   draining.draining = true;
-  EXPECT_THAT(words(sut.on_instance_ready(draining)), IsEmpty());
+  EXPECT_THAT(in_words(sut.on_instance_ready(draining)), IsEmpty());
   remove(1);
   EXPECT_THAT(add(2), ElementsAre(HasSubstr("no instance of")));
 }
 
 TEST_F(DispatcherTest, DispatchesAWaitingCallToTheNextInstanceThatAppears) {
   add(1);
-  EXPECT_THAT(words(sut.on_instance_ready(instance(1))), ElementsAre("1→1#1"));
+  EXPECT_THAT(in_words(sut.on_instance_ready(instance(1))), ElementsAre("1→1#1"));
 }
 
 TEST_F(DispatcherTest, KeepsTheCallOfAnInstanceThatIsGoneForAMoment) {
   ready({1, 2});
   add(1);
-  EXPECT_THAT(words(sut.on_instance_gone(id(1), start)), IsEmpty());
+  EXPECT_THAT(in_words(sut.on_instance_gone(id(1), start)), IsEmpty());
   EXPECT_EQ(sut.next_time(), start + 50ms);
-  EXPECT_THAT(words(sut.on_time(start + 49ms)), IsEmpty());
-  EXPECT_THAT(words(sut.on_instance_ready(instance(1))), ElementsAre("1→1#1"));
+  EXPECT_THAT(in_words(sut.on_time(start + 49ms)), IsEmpty());
+  EXPECT_THAT(in_words(sut.on_instance_ready(instance(1))), ElementsAre("1→1#1"));
   EXPECT_EQ(sut.next_time(), std::nullopt);
-  EXPECT_THAT(words(sut.on_time(start + 1s)), IsEmpty());
+  EXPECT_THAT(in_words(sut.on_time(start + 1s)), IsEmpty());
 }
 
 TEST_F(DispatcherTest, DispatchesTheCallOfALostInstanceToAnotherAsTheNextAttempt) {
   ready({1, 2});
   add(1);
   sut.on_instance_gone(id(1), start);
-  EXPECT_THAT(words(sut.on_time(start + 100ms)), ElementsAre("1 lost", "1→2#2"));
+  EXPECT_THAT(in_words(sut.on_time(start + 100ms)), ElementsAre("1 lost", "1→2#2"));
 }
 
 TEST_F(DispatcherTest, LetsTheCallOfALostInstanceWaitIfThereIsNoOther) {
   ready({1});
   add(1);
   sut.on_instance_gone(id(1), start);
-  EXPECT_THAT(words(sut.on_time(start + 100ms)), ElementsAre("1 lost", HasSubstr("no instance")));
-  EXPECT_THAT(words(sut.on_instance_ready(instance(1))), ElementsAre("1→1#2"));
+  EXPECT_THAT(in_words(sut.on_time(start + 100ms)),
+              ElementsAre("1 lost", HasSubstr("no instance")));
+  EXPECT_THAT(in_words(sut.on_instance_ready(instance(1))), ElementsAre("1→1#2"));
 }
 
 TEST_F(DispatcherTest, DispatchesNothingNewToAnInstanceThatIsGone) {
@@ -314,54 +303,54 @@ TEST_F(DispatcherTest, BlocksAnAtMostOnceCallWhoseInstanceIsLost) {
   ready({2});
   sut.on_instance_gone(id(1), start);
   const dispatch::Decisions decisions = sut.on_time(start + 100ms);
-  EXPECT_THAT(words(decisions), ElementsAre("1 held"));
+  EXPECT_THAT(in_words(decisions), ElementsAre("1 held"));
   EXPECT_THAT(std::get<dispatch::Unassign>(decisions.front()).reason.text,
               testing::StartsWith("service1 (pid 1 on host) is lost during this call"));
-  EXPECT_THAT(words(sut.on_instance_ready(instance(3))), IsEmpty());
+  EXPECT_THAT(in_words(sut.on_instance_ready(instance(3))), IsEmpty());
 }
 
 TEST_F(DispatcherTest, ReturnsABlockedCallToItsInstance) {
   block_call_of(at_most_once(1));
-  EXPECT_THAT(words(sut.on_instance_ready(at_most_once(1))), ElementsAre("1→1#1"));
+  EXPECT_THAT(in_words(sut.on_instance_ready(at_most_once(1))), ElementsAre("1→1#1"));
 }
 
 TEST_F(DispatcherTest, ForgetsABlockedCallThatIsOver) {
   block_call_of(at_most_once(1));
   EXPECT_THAT(remove(1), IsEmpty());
-  EXPECT_THAT(words(sut.on_instance_ready(at_most_once(1))), IsEmpty());
+  EXPECT_THAT(in_words(sut.on_instance_ready(at_most_once(1))), IsEmpty());
 }
 
 TEST_F(DispatcherTest, ResumesACallAtTheInstanceThatHadIt) {
-  EXPECT_THAT(words(sut.resume(dispatched(1, 1, 3), start)), IsEmpty());
-  EXPECT_THAT(words(sut.on_instance_ready(instance(2))), IsEmpty());
-  EXPECT_THAT(words(sut.on_instance_ready(instance(1))), ElementsAre("1→1#3"));
+  EXPECT_THAT(in_words(sut.resume(dispatched(1, 1, 3), start)), IsEmpty());
+  EXPECT_THAT(in_words(sut.on_instance_ready(instance(2))), IsEmpty());
+  EXPECT_THAT(in_words(sut.on_instance_ready(instance(1))), ElementsAre("1→1#3"));
 }
 
 TEST_F(DispatcherTest, ResumesACallAtOnceIfItsInstanceIsKnown) {
   ready({1});
-  EXPECT_THAT(words(sut.resume(dispatched(1, 1, 3), start)), ElementsAre("1→1#3"));
+  EXPECT_THAT(in_words(sut.resume(dispatched(1, 1, 3), start)), ElementsAre("1→1#3"));
 }
 
 // A regression: it was listed twice, and the remaining entry was dispatched in place of the
 // channel's next call. Found by the simulation.
 TEST_F(DispatcherTest, ResumesNoCallThatAnOperatorHasRetried) {
   sut.add(call(1));
-  EXPECT_THAT(words(sut.resume(dispatched(1, 1, 3), start)), IsEmpty());
+  EXPECT_THAT(in_words(sut.resume(dispatched(1, 1, 3), start)), IsEmpty());
   sut.remove({1, 1});
-  EXPECT_THAT(words(sut.on_instance_ready(instance(1))), IsEmpty());
+  EXPECT_THAT(in_words(sut.on_instance_ready(instance(1))), IsEmpty());
 }
 
 TEST_F(DispatcherTest, DispatchesAResumedCallToAnotherIfItsInstanceDoesNotReturn) {
   sut.resume(dispatched(1, 1, 3), start);
   ready({2});
   EXPECT_EQ(sut.next_time(), start + 1500ms);
-  EXPECT_THAT(words(sut.on_time(start + 1500ms)), ElementsAre("1 lost", "1→2#4"));
+  EXPECT_THAT(in_words(sut.on_time(start + 1500ms)), ElementsAre("1 lost", "1→2#4"));
 }
 
 TEST_F(DispatcherTest, BlocksAResumedAtMostOnceCallIfItsInstanceDoesNotReturn) {
   sut.resume(dispatched(1, 1, 1, fabric::Delivery::at_most_once), start);
   ready({2});
-  EXPECT_THAT(words(sut.on_time(start + 1500ms)), ElementsAre("1 held"));
+  EXPECT_THAT(in_words(sut.on_time(start + 1500ms)), ElementsAre("1 held"));
 }
 
 TEST_F(DispatcherTest, CountsAReturnedInstanceAsBusyWithWhatItHas) {
@@ -412,228 +401,3 @@ TEST_F(DispatcherTest, CountsAUuidAsServedWhileItsInstanceIsGoneForAMoment) {
 
 }  // namespace
 }  // namespace millrace::gateway
-
-namespace millrace::gateway::room {
-namespace {
-
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
-using namespace std::chrono_literals;
-
-// The room that instances announce: declined calls, calls of other gateways, instances that do not
-// hear.
-const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
-constexpr SteadyTime start{std::chrono::hours(1)};
-
-fabric::InstanceIdentity instance(std::uint8_t number) {
-  fabric::InstanceIdentity identity{.uuid = uuid, .name = fmt::format("service{}", number)};
-  identity.id.bytes.fill(number);
-  return identity;
-}
-
-fabric::CallId ours(std::uint64_t number) {
-  return {1, number};
-}
-fabric::CallId of_others(std::uint64_t number) {
-  return {2, number};
-}
-
-/// "1→2#1": call 1 goes to instance 2 as attempt 1, "1→2#1 waits" if it waits there; "1 lost", "1
-/// held"; "1: reason".
-std::vector<std::string> words(const dispatch::Decisions& decisions) {
-  std::vector<std::string> out;
-  for (const dispatch::Decision& decision : decisions) {
-    if (const auto* assign = std::get_if<dispatch::Assign>(&decision)) {
-      out.push_back(fmt::format(
-          "{}→{}#{}{}", assign->call.number, assign->assignment.attempt.instance.bytes[0],
-          assign->assignment.attempt.number, assign->assignment.waits ? " waits" : ""));
-    } else if (const auto* back = std::get_if<dispatch::Unassign>(&decision)) {
-      out.push_back(fmt::format("{} {}", back->call.number, back->held ? "held" : "lost"));
-    } else if (const auto* explain = std::get_if<dispatch::Explain>(&decision)) {
-      out.push_back(fmt::format("{}: {}", explain->call.number, explain->reason.text));
-    }
-  }
-  return out;
-}
-
-class DispatcherCapacity : public testing::Test {
- protected:
-  void ready(std::initializer_list<std::uint8_t> numbers) {
-    for (const std::uint8_t number : numbers) {
-      sut.on_instance_ready(instance(number));
-    }
-  }
-  std::vector<std::string> add(std::uint64_t number) {
-    CallRecord record;
-    record.id = ours(number);
-    record.key = {"cnc", static_cast<std::uint16_t>(number)};
-    record.request = {uuid, "2", 1};
-    return words(sut.add(record));
-  }
-  std::vector<std::string> decline(std::uint64_t number, SteadyTime now = start) {
-    return words(sut.decline(ours(number), now));
-  }
-  std::vector<std::string> heartbeat(std::uint8_t number, const std::vector<fabric::CallId>& calls,
-                                     SteadyTime now = start, std::uint32_t waiting = 0) {
-    fabric::InstanceLoad load{.status = {.waiting = waiting}, .calls = calls};
-    load.status.instance.bytes.fill(number);
-    return words(sut.on_load(load, now));
-  }
-
-  dispatch::Dispatcher sut;
-};
-
-TEST_F(DispatcherCapacity, DispatchesADeclinedCallToTheNextInstanceAtOnce) {
-  ready({1, 2});
-  EXPECT_THAT(add(1), ElementsAre("1→1#1"));
-  EXPECT_THAT(decline(1), ElementsAre("1→2#2"));
-}
-
-TEST_F(DispatcherCapacity, RetriesADecliningInstanceWhenAHeartbeatShowsRoom) {
-  ready({1});
-  add(1);
-  EXPECT_THAT(decline(1), ElementsAre("1: the only instance is busy"));
-  EXPECT_THAT(heartbeat(1, {}), ElementsAre("1→1#2"));
-}
-
-TEST_F(DispatcherCapacity, RetriesADecliningInstanceWithoutHeartbeatsAfterAWhile) {
-  ready({1});
-  add(1);
-  decline(1);
-  ASSERT_EQ(sut.next_time(), start + 1s);
-  EXPECT_THAT(words(sut.on_time(start + 1s)), ElementsAre("1→1#2"));
-}
-
-TEST_F(DispatcherCapacity, IgnoresTheReportedRoomOfAnInstanceThatDeclinesAgainAndAgain) {
-  ready({1});
-  add(1);
-  for (int i = 0; i < 8; ++i) {
-    decline(1);
-    heartbeat(1, {});
-  }
-  EXPECT_THAT(heartbeat(1, {}), IsEmpty());
-  ASSERT_EQ(sut.next_time(), start + 5s);
-  EXPECT_THAT(words(sut.on_time(start + 5s)), ElementsAre("1→1#9"));
-}
-
-TEST_F(DispatcherCapacity, IgnoresTheDeclineOfACallThatIsOver) {
-  ready({1});
-  add(1);
-  sut.remove(ours(1));
-  EXPECT_THAT(decline(1), IsEmpty());
-}
-
-TEST_F(DispatcherCapacity, PrefersAnIdleInstanceToOneWithCallsOfOthers) {
-  ready({1, 2});
-  heartbeat(1, {of_others(1)});
-  EXPECT_THAT(add(1), ElementsAre("1→2#1"));
-}
-
-TEST_F(DispatcherCapacity, LetsOneCallWaitWhereOthersHaveAllTheRoom) {
-  ready({1});
-  heartbeat(1, {of_others(1)});
-  EXPECT_THAT(add(1), ElementsAre("1→1#1 waits"));
-  EXPECT_THAT(add(2), ElementsAre("2: the only instance is busy"));
-  EXPECT_THAT(heartbeat(1, {of_others(1), ours(1)}, start, 1), IsEmpty()) << "it still waits";
-}
-
-TEST_F(DispatcherCapacity, CountsItsOwnCallsInAHeartbeatOnce) {
-  auto two = instance(1);
-  two.concurrency = 2;
-  sut.on_instance_ready(two);
-  add(1);
-  heartbeat(1, {ours(1)});
-  EXPECT_THAT(add(2), ElementsAre("2→1#1"));
-}
-
-TEST_F(DispatcherCapacity, WithdrawsACallThatTheHeartbeatsOfItsInstanceNeverShow) {
-  ready({1, 2});
-  add(1);
-  sut.on_published(ours(1), start);
-  EXPECT_THAT(heartbeat(1, {}, start + 600ms), IsEmpty());
-  EXPECT_THAT(heartbeat(1, {}, start + 700ms), IsEmpty()) << "the answer may be on its way";
-  EXPECT_THAT(heartbeat(1, {}, start + 800ms), ElementsAre("1 lost", "1→2#2"));
-  EXPECT_THAT(add(2), ElementsAre("2: the only instance is busy"))
-      << "an instance that does not hear gets no call";
-  ASSERT_EQ(sut.next_time(), start + 800ms + 5s);
-  EXPECT_THAT(words(sut.on_time(*sut.next_time())), ElementsAre("2→1#1")) << "another try";
-}
-
-// A heartbeat may cross a message; only two in a row prove that the instance does not have the
-// call.
-TEST_F(DispatcherCapacity, LeavesACallThatHeartbeatsNameNowAndThen) {
-  ready({1, 2});
-  add(1);
-  sut.on_published(ours(1), start);
-  for (auto at = start + 700ms; at < start + 5s; at += 200ms) {
-    ASSERT_THAT(heartbeat(1, {}, at), IsEmpty());
-    ASSERT_THAT(heartbeat(1, {ours(1)}, at + 100ms), IsEmpty());
-  }
-}
-
-TEST_F(DispatcherCapacity, BlocksAnAtMostOnceCallOfAnInstanceThatDoesNotReceive) {
-  auto once = instance(1);
-  once.delivery = fabric::Delivery::at_most_once;
-  sut.on_instance_ready(once);
-  add(1);
-  sut.on_published(ours(1), start);
-  heartbeat(1, {}, start + 700ms);
-  EXPECT_THAT(heartbeat(1, {}, start + 800ms), ElementsAre("1 held"));
-}
-
-TEST_F(DispatcherCapacity, LeavesACallWithTheInstanceThatHasIt) {
-  ready({1, 2});
-  add(1);
-  sut.on_published(ours(1), start);
-  for (int i = 1; i < 100; ++i) {
-    ASSERT_THAT(heartbeat(1, {ours(1)}, start + i * 100ms), IsEmpty());
-  }
-}
-
-TEST_F(DispatcherCapacity, ToleratesACallThatWaitsForTheJournal) {
-  ready({1, 2});
-  add(1);
-  EXPECT_THAT(heartbeat(1, {}, start + 10s), IsEmpty());
-  EXPECT_THAT(heartbeat(1, {}, start + 11s), IsEmpty());
-}
-
-TEST_F(DispatcherCapacity, FindsAnInstanceOfTwoScopesOnce) {
-  auto named = instance(1);
-  named.channels = {{"cnc", 1}, {"cnc", 0}};
-  sut.on_instance_ready(named);
-  EXPECT_THAT(add(1), ElementsAre("1→1#1"));
-  EXPECT_THAT(add(2), ElementsAre("2: the only instance is busy"));
-}
-
-TEST_F(DispatcherCapacity, CountsACallThatMovedAwayAsLoadOfTheInstanceThatStillRunsIt) {
-  ready({1, 2});
-  add(1);
-  sut.on_instance_gone(instance(1).id, start);
-  ASSERT_THAT(words(sut.on_time(start + 1s)), ElementsAre("1 lost", "1→2#2"));
-  ready({1});
-  heartbeat(1, {ours(1)}, start + 1s);
-  EXPECT_THAT(add(2), ElementsAre("2→1#1 waits"));
-}
-
-TEST_F(DispatcherCapacity, AcceptsTheReportedRoomOfAnInstanceThatDeclinesAndAnswersInBetween) {
-  ready({1});
-  for (std::uint64_t number = 1; number <= 20; ++number) {
-    ASSERT_THAT(add(number), ElementsAre(fmt::format("{}→1#1", number)));
-    decline(number);
-    ASSERT_THAT(heartbeat(1, {}), ElementsAre(fmt::format("{}→1#2", number)));
-    sut.remove(ours(number));
-  }
-}
-
-TEST_F(DispatcherCapacity, LetsOnlyOneCallWaitHoweverManyAnInstanceRunsAtOnce) {
-  auto two = instance(1);
-  two.concurrency = 2;
-  sut.on_instance_ready(two);
-  heartbeat(1, {of_others(1), of_others(2)});
-  EXPECT_THAT(add(1), ElementsAre("1→1#1 waits"));
-  EXPECT_THAT(add(2), ElementsAre("2: the only instance is busy"));
-}
-
-}  // namespace
-}  // namespace millrace::gateway::room

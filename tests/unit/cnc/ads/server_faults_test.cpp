@@ -56,20 +56,19 @@ class ServerFaults : public testing::Test {
 };
 
 TEST_F(ServerFaults, AnswersInSingleBytes) {
-  start();
+  ServerOptions options;
+  options.faults.segment = 1;
+  start(options);
   connect();
-  sut->set_faults({.segment = 1});
   EXPECT_EQ(*read(), (Bytes{1, 2, 3, 4}));
 }
 
 TEST_F(ServerFaults, RefusesConnections) {
-  start();
-  sut->set_faults({.refuse_connections = true});
+  ServerOptions options;
+  options.faults.refuse_connections = true;
+  start(options);
   Client refused(io.get_executor(), client_options);
   EXPECT_THAT(failure(refused).message, HasSubstr("closed the connection before the first answer"));
-  sut->set_faults({});
-  connect();
-  EXPECT_TRUE(read());
 }
 
 TEST_F(ServerFaults, DoesNotServeAClientWithoutARoute) {
