@@ -15,9 +15,10 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     -Wno-null-dereference -Wno-maybe-uninitialized -Wno-mismatched-new-delete)
 endif()
 
-# A hundred programs are linked, most of them tests: a third of the time of binutils' linker.
+# A hundred programs are linked, most of them tests: a third of the time of binutils' linker. GCC for another processor
+# looks for a mold of that processor's name, which Debian does not have.
 find_program(MILLRACE_MOLD mold)
-if(MILLRACE_MOLD AND NOT "${CMAKE_EXE_LINKER_FLAGS}" MATCHES "-fuse-ld=")
+if(MILLRACE_MOLD AND NOT CMAKE_CROSSCOMPILING AND NOT "${CMAKE_EXE_LINKER_FLAGS}" MATCHES "-fuse-ld=")
   add_link_options(-fuse-ld=mold)
 endif()
 

@@ -240,7 +240,9 @@ TEST(EveryField, IsRecordedAndReadBack) {
 // Each kind as an earlier version recorded it, full, empty and without its text, with that
 // version's JSON. The present version may print more.
 TEST(EveryField, OfAnEarlierRecordingIsRead) {
-  std::ifstream json(tests::test_data("recordings/earlier.json"));
+  // Boost 1.81 fails at a stream that it reads in parts of 128 bytes, as on Arm.
+  std::ifstream file(tests::test_data("recordings/earlier.json"));
+  const std::string json{std::istreambuf_iterator<char>(file), {}};
   const boost::json::value shown = boost::json::parse(json);
   std::set<std::string_view> kinds;
   for (const auto& [name, bytes] : tests::read_hex_vectors("recordings/earlier.hex")) {
