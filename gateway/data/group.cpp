@@ -72,7 +72,7 @@ std::optional<DataSample> Group::stop(const fabric::Message& reason, Moment now)
 }
 
 void Group::begin_cycle() {
-  cycle_.emplace();
+  cycle_ = Cycle{};  // Clang 16 has no emplace() of a nested class with default initialisers.
   for (std::size_t i = 0; i < items_.size(); ++i) {
     if (items_[i].reading) {
       cycle_->pending.insert(cycle_->pending.end(), i);
