@@ -65,6 +65,21 @@ TEST_F(InlineServiceTest, OthersRunTheirHandlerOnAnotherThread) {
   EXPECT_NE(answer(sut, 1), this_thread());
 }
 
+TEST_F(InlineServiceTest, LogsEachCallThatBegins) {
+  for (const ServiceOptions& chosen : {inline_options(), options()}) {
+    std::ostringstream text;
+    const auto log = std::make_shared<spdlog::logger>(
+        "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(text));
+    log->set_level(spdlog::level::debug);
+    {
+      const Service sut(chosen, echo, log);
+      ASSERT_TRUE(until_ready(sut));
+      EXPECT_EQ(answer(sut, 1), "4");
+    }
+    EXPECT_THAT(text.str(), HasSubstr(R"(call 1-1 from cnc/1: "4", state 1, attempt 1)"));
+  }
+}
+
 TEST_F(InlineServiceTest, MovesAHandlerThatIsTooSlowToAThreadOfItsOwnAndLogsIt) {
   std::ostringstream text;
   const auto log = std::make_shared<spdlog::logger>(
