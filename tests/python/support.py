@@ -98,7 +98,7 @@ class Process:
 
     @classmethod
     def python(cls, script, *arguments, **environment):
-        return cls(sys.executable, "-W", "error", HERE / script, *arguments, **environment)
+        return cls(sys.executable, "-X", "faulthandler", "-W", "error", HERE / script, *arguments, **environment)
 
     def _await(self, stream, pattern):
         found = stream.find(pattern)
@@ -117,7 +117,13 @@ class Process:
 
     def wait(self):
         """The exit code; negative for the signal that killed it."""
-        code = self._process.wait(PATIENCE)
+        try:
+            code = self._process.wait(PATIENCE)
+        except subprocess.TimeoutExpired:
+            self.signal(signal.SIGABRT)  # a Python that runs with faulthandler says where each thread is
+            self._process.wait(PATIENCE)
+            self.errors.join()
+            raise AssertionError(f"the process does not end\n{self.errors.text}") from None
         self.output.join()
         self.errors.join()
         return code

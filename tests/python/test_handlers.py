@@ -3,18 +3,43 @@
 import asyncio
 import ctypes
 import pathlib
+import queue
 import re
+import signal
 import threading
 import unittest
 
 import millrace
-from millrace import _library, testing
+from millrace import _library, _program, testing
 
 HEADER = pathlib.Path(__file__).parents[2] / "services/c/millrace.h"
 
 
 def length(call):
     return str(len(call.text))
+
+
+class ASignal(unittest.TestCase):
+    def test_is_noticed_although_it_comes_just_before_the_wait(self):
+        class News(queue.SimpleQueue):
+            def get(self, timeout):
+                # As a signal whose handler runs once the wait is over.
+                signals.first = signal.SIGTERM
+                return super().get(timeout=timeout)
+
+        class Server:
+            calls = ()
+
+            def __init__(self):
+                self.drained = threading.Event()
+                self.wait, self.drain = self.drained.wait, self.drained.set
+
+        signals = _program._Signals("sut")
+        signals.news = News()
+        sut = threading.Thread(target=_program._serve, args=(Server(), signals), daemon=True)
+        sut.start()
+        sut.join(30)
+        self.assertFalse(sut.is_alive())
 
 
 class TheMirrorOfTheHeader(unittest.TestCase):

@@ -23,6 +23,9 @@ _LEVELS = {"error": logging.ERROR, "warn": logging.WARNING, "info": logging.INFO
 #: Seconds after a signal until the calls that keep the process are named, and between two such lines.
 _FIRST_LINE, _NEXT_LINE = 2.0, 10.0
 
+#: Seconds after which a signal is noticed at the latest.
+_LONGEST_WAIT = 1.0
+
 
 class _Formatter(logging.Formatter):
     """The log format of all services; further lines of a record are indented."""
@@ -237,6 +240,7 @@ def _serve(server: _server.Server, signals: _Signals) -> None:
                 log.warning(
                     "call %s of %s has been in its handler for %.0f s; a second signal ends the process at once, and "
                     "the gateway treats the call as after a crash", call, service, seconds)
-        # Signal handlers run in this thread, and interrupt its wait.
+        # Signal handlers run in this thread, and interrupt its wait. One that comes just before the wait begins runs only
+        # when it ends.
         with contextlib.suppress(queue.Empty):
-            signals.news.get(timeout=None if line_at == float("inf") else max(0.05, line_at - time.monotonic()))
+            signals.news.get(timeout=min(_LONGEST_WAIT, max(0.05, line_at - time.monotonic())))
