@@ -243,8 +243,9 @@ class Server:
             import asyncio
 
             ended = asyncio.run_coroutine_threadsafe(_end_tasks(), loop)
-            stop = loop.stop
-            ended.add_done_callback(lambda _: stop())
+            # In this thread if the tasks have ended already: without a wake-up the loop would go on sleeping.
+            wake, stop = loop.call_soon_threadsafe, loop.stop
+            ended.add_done_callback(lambda _: wake(stop))
             if self._loop_thread is not None and self._loop_thread is not threading.current_thread():
                 # A coroutine may ignore its cancellation.
                 self._loop_thread.join(1.0)
