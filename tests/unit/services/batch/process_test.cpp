@@ -213,7 +213,7 @@ TEST_F(OutlivingProcess, IsEndedWhetherOrNotItHasASessionOfItsOwnYet) {
 }
 
 /// QEMU does not say why a program does not start: its vfork(2) is a fork(2).
-bool start_tells_of_errors() {
+bool spawn_reports_errors() {
   pid_t pid = 0;
   char name[] = "/no/such/program";
   char* arguments[] = {name, nullptr};
@@ -225,7 +225,7 @@ bool start_tells_of_errors() {
 }
 
 TEST(Outlive, StartsAProgramInASessionOfItsOwnWithoutTheMarkOfItsRun) {
-  if (!start_tells_of_errors()) {
+  if (!spawn_reports_errors()) {
     GTEST_SKIP() << "this processor is emulated";
   }
   ::setenv("MILLRACE_BATCH_RUN", "1-2-3", 1);
@@ -290,7 +290,7 @@ struct NotStartable {
 class NotStarted : public testing::TestWithParam<NotStartable> {};
 
 TEST_P(NotStarted, NamesTheReason) {
-  if (!start_tells_of_errors()) {
+  if (!spawn_reports_errors()) {
     GTEST_SKIP() << "this processor is emulated";
   }
   const tests::TemporaryFolder folder;
@@ -315,7 +315,7 @@ INSTANTIATE_TEST_SUITE_P(Programs, NotStarted,
                                                       "Permission denied"}));
 
 TEST(Process, IsNotStartedFromAFolder) {
-  if (!start_tells_of_errors()) {
+  if (!spawn_reports_errors()) {
     GTEST_SKIP() << "this processor is emulated";
   }
   const Ended sut = run({.program = "/usr", .folder = "/"}, generous);
