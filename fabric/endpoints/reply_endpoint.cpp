@@ -13,6 +13,7 @@
 
 #include "base/text/quoted.hpp"
 #include "fabric/dds/listeners.hpp"
+#include "fabric/endpoints/burst.hpp"
 #include "fabric/log_limiter.hpp"
 #include "fabric/registry/identity.hpp"
 #include "fabric/wire/reader.hpp"
@@ -26,13 +27,6 @@ namespace {
 /// later. Far more than ever wait, and as many as the service remembers calls; about 2 kB each,
 /// also of callers that have left (docs/dev/measurements/footprint.md).
 constexpr std::size_t most_answered = 1024;
-
-/// Two samples that arrive closer to each other than this belong to one burst: the receiving thread
-/// did not sleep in between, so a further one probably follows. A reply to a single call takes more
-/// than twice as long to lead to the next request.
-constexpr std::chrono::microseconds burst_pause{15};
-/// The first samples of a burst are handled at once: two calls at a time are no burst.
-constexpr unsigned handled_at_once = 2;
 
 /// Any requester.
 RequestKey any_of(RequestKey key) {
@@ -97,9 +91,8 @@ struct ReplyEndpoint::Impl : std::enable_shared_from_this<Impl> {
   std::atomic<std::thread::id> reading{};
   /// Written, but not sent. Guarded by `answering`.
   bool unsent = false;
-  /// When a sample last came, and how many of its burst did before; direct receiving only.
-  std::atomic<SteadyTime> data_at{};
-  std::atomic<unsigned> in_burst = 0;
+  /// Direct receiving only.
+  Burst burst;
   // Before the reader that wakes them; without direct receiving only the first.
   std::optional<dds::PostOnce> post;
   std::optional<dds::SerialListener> serial;
@@ -144,16 +137,10 @@ void ReplyEndpoint::Impl::close() {
   flush();
 }
 
-/// Cyclone calls this for each sample, also if the datagram has more. A datagram of its own for
-/// each reply costs as much as the rest of a short call: the executor takes what a burst has
-/// brought, and sends its replies together.
 void ReplyEndpoint::Impl::on_data() noexcept {
-  const SteadyTime now = std::chrono::steady_clock::now();
-  const bool is_burst = now - data_at.exchange(now) < burst_pause;
-  in_burst = is_burst ? in_burst + 1 : 0;
-  if (in_burst < handled_at_once) {
+  if (burst.on_sample(std::chrono::steady_clock::now())) {
     serial->run();
-    data_at = std::chrono::steady_clock::now();
+    burst.on_handled(std::chrono::steady_clock::now());
   } else {
     post->post();
   }

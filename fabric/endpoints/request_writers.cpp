@@ -73,23 +73,32 @@ void RequestWriters::withdraw(const RequestKey& key) {
 }
 
 void RequestWriters::wrote(RequestWriter& target) {
-  if (in_turn_) {
-    if (!std::exchange(target.unsent, true)) {
-      unsent_.push_back(&target);
-    }
-    return;
+  const bool begins = !turn_.running();
+  if (turn_.on_written()) {
+    target.writer.flush();
+  } else if (!std::exchange(target.unsent, true)) {
+    unsent_.push_back(&target);
   }
-  target.writer.flush();
-  in_turn_ = true;
+  if (begins) {
+    await_round();
+  }
+}
+
+void RequestWriters::await_round() {
   boost::asio::post(executor_, [this, owner = owner_] {
-    if (const auto alive = owner.lock()) {
+    const auto alive = owner.lock();
+    if (!alive) {
+      return;
+    }
+    if (turn_.on_round()) {
       flush();
+    } else {
+      await_round();
     }
   });
 }
 
 void RequestWriters::flush() {
-  in_turn_ = false;
   for (RequestWriter* const target : unsent_) {
     target->writer.flush();
     target->unsent = false;

@@ -19,6 +19,7 @@
 
 #include "fabric/dds/listeners.hpp"
 #include "fabric/dds/participant.hpp"
+#include "fabric/endpoints/turn.hpp"
 #include "fabric/request_key.hpp"
 #include "fabric/wire/topics.hpp"
 #include "fabric/wire/writer.hpp"
@@ -68,6 +69,7 @@ class RequestWriters {
   using Writers = std::map<InstanceId, RequestWriter>;
 
   void wrote(RequestWriter& target);
+  void await_round();
   void close_if_done(Writers::iterator target);
 
   const dds::Participant& participant_;
@@ -75,8 +77,8 @@ class RequestWriters {
   std::weak_ptr<void> owner_;
   dds::MatchQueue& matches_;
   Writers writers_;
-  /// In this turn of the executor: the request that was sent at once, and those that wait.
-  bool in_turn_ = false;
+  Turn turn_;
+  /// Those whose requests wait for the end of the turn.
   std::vector<RequestWriter*> unsent_;
 };
 
