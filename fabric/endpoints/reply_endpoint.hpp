@@ -50,7 +50,7 @@ enum class Receiving {
   /// On the executor.
   on_executor,
   /// In the receiving thread, which saves a hand-over: the listener must not block there, nor end
-  /// the endpoint. The executor takes the rest of a burst.
+  /// the endpoint. The executor takes bursts (fabric/endpoints/burst.hpp).
   directly
 };
 

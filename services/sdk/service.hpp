@@ -47,8 +47,8 @@ struct ServiceOptions {
   /// Calls that may be under way at the same time, and threads to run them: 1 to max_concurrency.
   std::uint32_t concurrency = 1;
   /// The handler computes for microseconds and does not wait: no file, no socket, no lock that is
-  /// held for long. It runs in the receiving thread, or for the rest of a burst in that of the
-  /// participant, which saves a hand-over, until it computes or waits for longer than inline_limit
+  /// held for long. It runs in the receiving thread, or in bursts in that of the participant, which
+  /// saves a hand-over, until it computes or waits for longer than inline_limit
   /// once; that is logged. Time in which the host gives the processor to others does not count.
   bool run_inline = false;
   /// State of the answer when the handler throws, or when its answer cannot be sent.
