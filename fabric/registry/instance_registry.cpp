@@ -409,7 +409,7 @@ InstanceRegistry::Changes InstanceRegistry::changes() {
       changes.gone.push_back(id);
       announced_.erase(known);
       known = announced_.end();
-      if (ready == nullptr && is_silent(id)) {
+      if (is_silent(id)) {
         changes.silent.push_back(id);
         silent_.insert(id);
       }

@@ -240,7 +240,10 @@ namespace {
 TEST(CycloneLog, CountsLinesThatDifferInNumbersAsTheSameFault) {
   EXPECT_EQ(kind_of_line("handshake with 110c0a1:1c1 failed (code: 200)"),
             kind_of_line("handshake with 8f00001:22 failed (code: 201)"));
+  EXPECT_EQ(kind_of_line("code 0"), kind_of_line("code 9"));
   EXPECT_NE(kind_of_line("subject: /O=plant/CN=press"), kind_of_line("subject: /O=plant/CN=lathe"));
+  // The neighbours of digits.
+  EXPECT_NE(kind_of_line("a /"), kind_of_line("a :"));
 }
 
 TEST(CycloneLog, KnowsTheLinesAboutRejectedProcesses) {
