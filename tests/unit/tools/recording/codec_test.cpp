@@ -50,6 +50,11 @@ TEST(RecordingCodec, KeepsTheBytesOfAUuidThatIsNoUtf8) {
   const Entry request = encoded_and_decoded(sent);
   EXPECT_EQ(request.uuid, uuid);
   EXPECT_EQ(std::get<fabric::Request>(request.sample).uuid, uuid);
+  // Other programs read it as text too.
+  millrace::recording::Request message;
+  ASSERT_TRUE(message.ParseFromString(encode(sent)));
+  EXPECT_EQ(message.uuid(), "prüfen");
+  EXPECT_EQ(message.uuid_bytes(), uuid);
   Entry reply = one_call(1, 0)[3];
   reply.uuid = uuid;
   EXPECT_EQ(encoded_and_decoded(reply).uuid, uuid);
@@ -148,6 +153,13 @@ TEST(RecordingCodec, KeepsANumberOfPartsThatIsZero) {
   const Entry zero{.sample = fabric::ProgramEvent{.parts = 0}};
   EXPECT_EQ(encoded_and_decoded(none), none);
   EXPECT_EQ(encoded_and_decoded(zero), zero);
+}
+
+TEST(RecordingCodec, WritesNoEmptyLists) {
+  const Entry empty{.sample = fabric::DataSample{}};
+  const Entry value{.sample = fabric::DataSample{.values = {{.name = "X"}}}};
+  // Of the value: its tag and size, and tag, size and bytes of its name.
+  EXPECT_EQ(encode(value).size(), encode(empty).size() + 2 + 3);
 }
 
 TEST(RecordingCodec, ReadsAbsentNumbersAsZero) {
