@@ -1,6 +1,6 @@
 // The hosts of a server's connections, so that none shuts the others out.
 //
-//   const auto given_up = most_dispensable(half_open, [](const Peer& one) { return one.address; });
+//   const auto given_up = most_dispensable(half_open, [](const Peer& peer) { return peer.address; });
 #pragma once
 
 #include <algorithm>

@@ -217,17 +217,17 @@ Actions CallScheduler::on_declined(CallId call, const fabric::Message& why, Mome
   });
 }
 
-Reply CallScheduler::end(const RunningCall& one, const Result& result, SteadyTime now) {
-  Reply reply = final_reply(one.request, result, options_);
-  reply.received = one.received.wall;
-  reply.started = one.started;
-  reply.answered = counted_from(one.received, now);
+Reply CallScheduler::end(const RunningCall& call, const Result& result, SteadyTime now) {
+  Reply reply = final_reply(call.request, result, options_);
+  reply.received = call.received.wall;
+  reply.started = call.started;
+  reply.answered = counted_from(call.received, now);
   handler_time_ += reply.answered - reply.started;
   ++counters_.answered;
   counters_.failed += reply.code == ServiceCode::ok ? 0 : 1;
-  const CallKey name = call_key_of(one.request);
+  const CallKey name = call_key_of(call.request);
   forget_call(name);
-  answered_.put(one.request.requester, name, {reply});
+  answered_.put(call.request.requester, name, {reply});
   return reply;
 }
 
@@ -420,8 +420,8 @@ std::map<CallId, CallScheduler::RunningCall>::iterator CallScheduler::find_runni
 }
 
 std::deque<CallScheduler::RunningCall>::iterator CallScheduler::find_waiting(const CallKey& call) {
-  return std::find_if(waiting_.begin(), waiting_.end(), [&](const RunningCall& one) {
-    return one.request.call == call.call && call_key_of(one.request) == call;
+  return std::find_if(waiting_.begin(), waiting_.end(), [&](const RunningCall& waiting) {
+    return waiting.request.call == call.call && call_key_of(waiting.request) == call;
   });
 }
 

@@ -171,7 +171,7 @@ class CallScheduler {
   /// The call is over: `answer` makes its reply, unless it was cancelled.
   template <typename Answer>
   Actions finish(fabric::CallId call, fabric::Moment now, Answer answer);
-  fabric::Reply end(const RunningCall& one, const Result& result, fabric::SteadyTime now);
+  fabric::Reply end(const RunningCall& call, const Result& result, fabric::SteadyTime now);
   [[nodiscard]] fabric::Reply cancelled_reply(const RunningCall& running) const;
   void cancel(RunningCall& running);
   [[nodiscard]] const AnsweredCall* answer_for(const fabric::Request& request) const;

@@ -1,6 +1,6 @@
 // Sends an operator's commands and waits for their outcomes.
 //
-//   const auto heard = issue(participant, commands, std::chrono::seconds(2), " --domain 7");
+//   const auto outcomes = issue(participant, commands, std::chrono::seconds(2), " --domain 7");
 #pragma once
 
 #include <chrono>
