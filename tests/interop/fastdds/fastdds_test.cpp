@@ -42,7 +42,8 @@ class OnFastDds : public testing::Test {
  protected:
   void SetUp() override {
     if (std::string(MILLRACE_FASTDDS_PROGRAMS).empty()) {
-      GTEST_SKIP() << "Fast DDS 2 and fastddsgen are not installed (deploy/install-deps; Debian 13 has none)";
+      GTEST_SKIP() << "Fast DDS 2 and fastddsgen are not installed (deploy/install-deps; Debian 13 "
+                      "has none)";
     }
   }
 
