@@ -129,6 +129,10 @@ class Writer {
   Writer(const Peer& peer, const std::string& partition, const std::string& user_data = {})
       : writer_(peer.open_writer(topic_of<Sample>(), partition, user_data)) {}
   void write(const Sample& sample) { checked(dds_write(writer_, &sample), "write a sample"); }
+  /// Each matched reader has what was written, so it has matched this writer too.
+  void await_acknowledgements() const {
+    checked(dds_wait_for_acks(writer_, DDS_SECS(10)), "wait for acknowledgements");
+  }
   [[nodiscard]] bool is_matched(std::uint32_t readers = 1) const {
     dds_publication_matched_status_t status{};
     checked(dds_get_publication_matched_status(writer_, &status), "count readers");
