@@ -1,5 +1,5 @@
 // Which requests a service handles in the thread that receives them, and which wait for the
-// executor, that takes what a burst has brought and sends its replies together. Pure.
+// executor, which takes a whole burst and sends its replies together. Pure.
 //
 //   Burst burst;
 //   if (burst.on_sample(now)) {            // in a receiving thread
@@ -17,8 +17,9 @@
 
 namespace millrace::fabric::endpoints {
 
-/// A datagram of its own for each reply costs as much as the rest of a short call; a hand-over to
-/// the executor costs more than a single call. From any thread: Cyclone may receive in several.
+/// A datagram for each reply costs as much as the rest of a short call, so replies of a burst share
+/// one. A hand-over to the executor costs more than a single call, so that has none. From any
+/// thread: Cyclone may receive in several.
 class Burst {
  public:
   /// Two samples that arrive closer to each other than this belong to one burst: the receiving
@@ -38,7 +39,7 @@ class Burst {
     }
     return !after_long_ && before_ < handled_at_once;
   }
-  /// Its handling is no pause.
+  /// Handling ended now: its time does not count as a pause.
   void on_handled(SteadyTime now) { last_ = now; }
 
  private:

@@ -18,7 +18,7 @@ namespace millrace::fabric::endpoints {
 /// replies lead to new requests, these wait for each other.
 class Turn {
  public:
-  /// So often the executor may come back: nothing waits for longer.
+  /// A turn ends after this many rounds of the executor, so that no request waits for longer.
   static constexpr unsigned most_rounds = 8;
 
   [[nodiscard]] bool running() const { return written_ > 0; }
@@ -49,6 +49,7 @@ class Turn {
   /// The last turn had several requests.
   bool busy_ = false;
   std::size_t written_ = 0;
+  /// A request waits for the end of the turn.
   bool waits_ = false;
   /// None was written since the executor last came back.
   bool quiet_ = false;

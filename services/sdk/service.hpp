@@ -48,8 +48,8 @@ struct ServiceOptions {
   std::uint32_t concurrency = 1;
   /// The handler computes for microseconds and does not wait: no file, no socket, no lock that is
   /// held for long. It runs in the receiving thread, or in bursts in that of the participant, which
-  /// saves a hand-over, until it computes or waits for longer than inline_limit
-  /// once; that is logged. Time in which the host gives the processor to others does not count.
+  /// saves a hand-over, until it computes or waits for longer than inline_limit once; that is
+  /// logged. Time in which the host gives the processor to others does not count.
   bool run_inline = false;
   /// State of the answer when the handler throws, or when its answer cannot be sent.
   std::uint32_t error_state = default_error_state;

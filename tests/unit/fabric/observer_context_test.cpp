@@ -1,7 +1,10 @@
+#include <set>
+
 #include <gtest/gtest.h>
 
 #include "fabric/observer/alarms.hpp"
 #include "fabric/observer/context.hpp"
+#include "fabric/observer/entry.hpp"
 #include "tests/unit/tools/recording/one_call.hpp"
 
 namespace millrace::fabric::observer {
@@ -202,6 +205,31 @@ TEST(TheAlarms, AreRememberedUpToABound) {
   }
   EXPECT_FALSE(sut.on_alarm({.key = {instance(1), "kind", "0"}}));
   EXPECT_TRUE(sut.on_alarm({.key = {instance(1), "kind", std::to_string(Alarms::most)}}));
+}
+
+TEST(AnEntry, IsAFailureIfItsReplySaysThatTheCallHasFailed) {
+  const std::set failures{ServiceCode::failed, ServiceCode::refused};
+  for (const ServiceCode code :
+       {ServiceCode::ok, ServiceCode::failed, ServiceCode::repeated, ServiceCode::refused}) {
+    EXPECT_EQ(is_failure(Entry{.sample = Reply{.code = code}}), failures.contains(code))
+        << static_cast<int>(code);
+  }
+}
+
+TEST(AnEntry, IsAFailureIfItsEventIsOne) {
+  const std::set failures{EventKind::lost, EventKind::refused, EventKind::held};
+  for (const EventKind kind :
+       {EventKind::seen, EventKind::unserved, EventKind::dispatched, EventKind::interim,
+        EventKind::replied, EventKind::written, EventKind::withdrawn, EventKind::lost,
+        EventKind::late, EventKind::refused, EventKind::held}) {
+    EXPECT_EQ(is_failure(Entry{.sample = Event{.kind = kind}}), failures.contains(kind))
+        << static_cast<int>(kind);
+  }
+}
+
+TEST(AnEntry, IsNoFailureWithoutAReplyAndAnEvent) {
+  EXPECT_FALSE(is_failure(Entry{.sample = Request{}}));
+  EXPECT_FALSE(is_failure(Entry{.sample = ChannelStatus{.state = ChannelState::held}}));
 }
 
 }  // namespace
