@@ -27,7 +27,8 @@ SteadyTime steady_now() {
   return std::chrono::steady_clock::now();
 }
 
-/// A person does not see the difference, and a call is mostly over by then.
+/// A person does not see the difference, and a call is mostly over by then. Of an at-most-once call
+/// the status goes out before the request.
 constexpr std::chrono::milliseconds status_pause{20};
 
 }  // namespace
@@ -294,6 +295,11 @@ CallEndpoint::~CallEndpoint() {
 }
 
 tl::expected<void, std::string> CallEndpoint::publish(const Request& request) {
+  if (impl_->channels &&
+      impl_->liveness.registry().delivery_of(request.assigned) == Delivery::at_most_once) {
+    // If this process is killed now, the gateway that stands by must not take it for a new call.
+    impl_->channels->flush(request.key);
+  }
   impl_->replies->ask(key_of(request));
   impl_->liveness.requested(request.assigned);
   return impl_->request_writers->publish(request);

@@ -131,6 +131,13 @@ class InstanceRegistry {
     return home_of(instance) != nullptr;
   }
 
+  /// How often a call of the instance may run, as its home announces; of an instance without a home
+  /// at least once.
+  [[nodiscard]] Delivery delivery_of(const InstanceId& instance) const {
+    const Reader* const home = home_of(instance);
+    return home != nullptr ? home->identity.delivery : Delivery::at_least_once;
+  }
+
   /// The instances that may have changed since the last call of changes(), with the UUID that their
   /// home has proved; nullopt: they have no home.
   [[nodiscard]] std::vector<std::pair<InstanceId, std::optional<std::string>>> touched_homes()

@@ -4,6 +4,7 @@
 #include <dds/dds.h>
 #include <gmock/gmock.h>
 
+#include "fabric/wire/subscription.hpp"
 #include "tests/unit/fabric/endpoints.hpp"
 
 namespace millrace::fabric {
@@ -98,6 +99,43 @@ TEST_F(Endpoints, KeepTheAnswersToTwoGatewaysApart) {
     calls.insert(reply.call);
   }
   EXPECT_THAT(calls, ElementsAre(CallId{7, 2}, CallId{8, 1}));
+}
+
+/// An observer with a context of its own, so that it reads while the gateway's executor stands still.
+class ObservedEndpoints : public Endpoints {
+ protected:
+  bool until_observed(const CallId& call) {
+    return run_until(of_observer, [&] { return observed == call; });
+  }
+
+  boost::asio::io_context of_observer;
+  CallId observed{};
+  wire::Subscription<ChannelStatus> channels{
+      there, of_observer.get_executor(), "millrace",
+      [this](const wire::Taken<ChannelStatus>& taken) { observed = taken.value.call; }};
+};
+
+// If the gateway is killed when the instance has the call, the one that stands by must not take the
+// call for a new one.
+TEST_F(ObservedEndpoints, PublishTheStatusOfAChannelBeforeItsAtMostOnceRequest) {
+  const auto sut = open_gateway();
+  InstanceIdentity careful = identity();
+  careful.delivery = Delivery::at_most_once;
+  const auto service = start(careful);
+  ASSERT_TRUE(until_ready(careful));
+  ASSERT_TRUE(until([&] { return gateway.channels_read; }));
+  // The next status has to wait, since this one was written just now.
+  sut->publish(ChannelStatus{.key = {"cnc", 1}, .call = {7, 1}});
+  ASSERT_TRUE(until([&] {
+    of_observer.restart();
+    of_observer.poll();
+    return observed == CallId{7, 1};
+  }));
+
+  const Request sent = request(2, careful);
+  sut->publish(ChannelStatus{.key = sent.key, .call = sent.call});
+  ASSERT_TRUE(sut->publish(sent));
+  EXPECT_TRUE(until_observed(sent.call));
 }
 
 TEST_F(Endpoints, NotifyAServiceThatAGatewayIsGone) {
