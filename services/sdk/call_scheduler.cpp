@@ -245,12 +245,12 @@ fabric::InstanceLoad CallScheduler::load() const {
   // Far more than an instance may have at once.
   constexpr std::size_t most_named = 256;
   fabric::InstanceLoad load{.status = status()};
-  for (const auto& [call, one] : running_) {
+  for (const auto& [call, running] : running_) {
     load.calls.push_back(call);
   }
-  for (const RunningCall& one : waiting_) {
+  for (const RunningCall& waiting : waiting_) {
     if (load.calls.size() < most_named) {
-      load.calls.push_back(one.request.call);
+      load.calls.push_back(waiting.request.call);
       ++load.status.waiting;
     }
   }

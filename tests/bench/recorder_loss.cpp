@@ -291,8 +291,10 @@ int measure(const fs::path& folder, const Options& options) {
              found.unseen, found.outside);
   fmt::print("{}", recorder.error_output());
   const std::string output = recorder.output();
-  const auto said = boost::json::parse(output.substr(output.find('{'))).as_object();
-  const auto count_of = [&](const char* name) { return said.at(name).to_number<std::uint64_t>(); };
+  const auto summary = boost::json::parse(output.substr(output.find('{'))).as_object();
+  const auto count_of = [&](const char* name) {
+    return summary.at(name).to_number<std::uint64_t>();
+  };
   const bool wrote_all = count_of("delivered") == count_of("written") && count_of("lost") == 0;
   // If its end was not recorded, the last call of a channel seems to be under way.
   const std::uint64_t without_end = found.outside > 0 ? options.channels : 0U;

@@ -127,8 +127,8 @@ class Plant {
     token_ = request.token;
     reply_.reset();
     const auto end = Clock::now() + std::chrono::seconds(5);
-    if (const auto said = asking_->publish(request); !said) {
-      throw std::runtime_error(said.error());
+    if (const auto published = asking_->publish(request); !published) {
+      throw std::runtime_error(published.error());
     }
     io_.restart();
     while (!reply_ && Clock::now() < end) {

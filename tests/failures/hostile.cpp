@@ -29,7 +29,7 @@ void Hostile::overhear() {
     // Ignores its own requests.
     if (taken.valid && taken.value.key.machine == "cnc" && !is_withdrawal(taken.value)) {
       last_ = taken.value;
-      heard_ = true;
+      has_request_ = true;
     }
   }
 }

@@ -46,7 +46,7 @@ class Hostile {
 
   /// Takes the requests of gateways; the functions below use the last one.
   void overhear();
-  [[nodiscard]] bool has_heard() const { return heard_; }
+  [[nodiscard]] bool has_request() const { return has_request_; }
 
   /// A final answer to the last call, in the name of the instance that was asked.
   void forge_reply();
@@ -91,7 +91,7 @@ class Hostile {
   fabric::wire::Writer<fabric::Command> commands_;
   UncheckedReplyWriter replies_;
   fabric::Request last_{.key = {"cnc", 1}, .call = {1, 1}};
-  bool heard_ = false;
+  bool has_request_ = false;
   std::uint64_t count_ = 0;
   std::map<fabric::InstanceId, fabric::wire::Writer<fabric::Request>> request_writers_;
   std::map<fabric::InstanceId, std::unique_ptr<UncheckedReplyWriter>> false_writers_;

@@ -24,7 +24,7 @@ TEST_F(AHostileParticipant, ForgesFloodsAndImpersonatesAndEveryCallIsStillAnswer
   start_services();
   await("a request that is overheard", [&] {
     sut.overhear();
-    return sut.has_heard();
+    return sut.has_request();
   });
   const std::size_t before = lines_of(gateway->error_output());
   Flood replies(20'000, [&](std::size_t i) {
@@ -57,13 +57,13 @@ TEST_F(AHostileParticipant, ForgesFloodsAndImpersonatesAndEveryCallIsStillAnswer
   replies.end();
   std::cout << "beside " << replies.done() << " hostile samples: " << watch.result() << '\n';
   EXPECT_GT(replies.done(), 5000U);
-  const std::string said = gateway->error_output();
-  expect_clean(said);
-  EXPECT_THAT(said,
+  const std::string log = gateway->error_output();
+  expect_clean(log);
+  EXPECT_THAT(log,
               AllOf(HasSubstr("from instance "), HasSubstr("two processes announce instance")));
   // Each call logs at most two or three lines of its own.
-  EXPECT_LT(lines_of(said) - before, std::size_t{4} * channels * calls_of_each + 300);
-  EXPECT_THAT(said, Not(HasSubstr("it is draining")));
+  EXPECT_LT(lines_of(log) - before, std::size_t{4} * channels * calls_of_each + 300);
+  EXPECT_THAT(log, Not(HasSubstr("it is draining")));
 }
 
 // Regressions: one such sample stopped a machine, another made the next gateway wait for ever.
@@ -162,7 +162,7 @@ TEST_F(AHostileParticipant, FillsNoMemoryWithAnswersToUnknownCallers) {
   Hostile sut(chain.domain(), slow_uuid);
   await("a request that is overheard", [&] {
     sut.overhear();
-    return sut.has_heard();
+    return sut.has_request();
   });
   const auto flood = [&](std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) {
@@ -211,23 +211,23 @@ TEST_F(AHostileParticipant, AnnouncesTheIdOfAnInstanceAndTheFirstCounts) {
   start_services();
   await("a request that is overheard", [&] {
     sut.overhear();
-    return sut.has_heard();
+    return sut.has_request();
   });
   {
     // Always in the name of the same instance.
     const Flood answers(200, [&](std::size_t) { sut.impersonate(); });
     expect_calls_unharmed();
   }
-  const std::string said = gateway->error_output();
+  const std::string log = gateway->error_output();
   const std::string twice = "two processes announce instance";
-  EXPECT_THAT(said, HasSubstr(twice));
+  EXPECT_THAT(log, HasSubstr(twice));
   std::size_t times = 0;
-  for (auto at = said.find(twice); at != std::string::npos; at = said.find(twice, at + 1)) {
+  for (auto at = log.find(twice); at != std::string::npos; at = log.find(twice, at + 1)) {
     ++times;
   }
   // Once a minute, in the two minutes that the calls may take.
   EXPECT_LE(times, 3U);
-  EXPECT_THAT(said, AllOf(Not(HasSubstr("impostor")), Not(HasSubstr("it is draining"))));
+  EXPECT_THAT(log, AllOf(Not(HasSubstr("impostor")), Not(HasSubstr("it is draining"))));
 }
 
 // Two factories on one network, or a copied configuration: ownership is of a controller, not of a

@@ -191,12 +191,12 @@ class AnInsider : public AHostileParticipant, public testing::WithParamInterface
     memory.expect_less_than(16.0);
   }
 
-  [[nodiscard]] std::string said_by_services() const {
-    std::string said;
+  [[nodiscard]] std::string service_logs() const {
+    std::string logs;
     for (const Process& service : services) {
-      said += service.error_output();
+      logs += service.error_output();
     }
-    return said;
+    return logs;
   }
 
   void expect_each_ran_once() const {
@@ -213,9 +213,9 @@ TEST_P(AnInsider, RequestsUnderIdsOfFutureCallsAndEveryAnswerIsRight) {
   const auto as = join("bench");
   Requester sut(as);
   attack(as, [&](std::size_t i) {
-    if (const auto& heard = sut.overhear()) {
+    if (const auto& last_request = sut.overhear()) {
       for (const InstanceId& instance : sut.instances()) {
-        Request request = *heard;
+        Request request = *last_request;
         request.assigned = instance;
         request.call.number += i % 8;
         request.text = "wrong";
@@ -223,7 +223,7 @@ TEST_P(AnInsider, RequestsUnderIdsOfFutureCallsAndEveryAnswerIsRight) {
       }
     }
   });
-  EXPECT_THAT(said_by_services(),
+  EXPECT_THAT(service_logs(),
               HasSubstr(with_trust() ? "bench speaks for cnc, which its certificate does not name"
                                      : sut.name() + " asks in"));
 }
@@ -234,12 +234,12 @@ TEST_P(AnInsider, RequestsForItsOwnMachineUnderOurCallIdsAndNoCallIsBlocked) {
   const auto as = join("gateway-2");
   Requester sut(as);
   attack(as, [&](std::size_t i) {
-    if (const auto& heard = sut.overhear()) {
-      Request request = *heard;
+    if (const auto& last_request = sut.overhear()) {
+      Request request = *last_request;
       request.key.machine = "other";
       request.call.number += i % 8;
       // It has the same text as ours, so that only the machine distinguishes them.
-      request.text = std::to_string(std::stoul(heard->text) + i % 8);
+      request.text = std::to_string(std::stoul(last_request->text) + i % 8);
       sut.ask(request);
     }
   });
@@ -252,14 +252,14 @@ TEST_P(AnInsider, CancelsRequestsOfAGatewayAndEveryCallContinues) {
   attack(
       as,
       [&](std::size_t) {
-        if (const auto& heard = sut.overhear()) {
-          sut.take_back(*heard);
+        if (const auto& last_request = sut.overhear()) {
+          sut.take_back(*last_request);
         }
       },
       "at-most-once");
   expect_each_ran_once();
   EXPECT_THAT(
-      said_by_services(),
+      service_logs(),
       HasSubstr(with_trust() ? "gateway-2 speaks for cnc, which its certificate does not name"
                              : sut.name() + " cancels a call of"));
 }
@@ -275,8 +275,8 @@ TEST_P(AnInsiderWithACertificate, WithoutAnIdentityCancelsNothing) {
   attack(
       as,
       [&](std::size_t) {
-        if (const auto& heard = sut.overhear()) {
-          sut.take_back(*heard);
+        if (const auto& last_request = sut.overhear()) {
+          sut.take_back(*last_request);
         }
       },
       "at-most-once");
@@ -294,13 +294,13 @@ TEST_P(AnInsider, PublishesThatAGatewayIsGoneAndItsMachineIsNotTakenOver) {
   second.await_error("serves this machine already; this gateway stands by", allowed);
   const auto as = join_without_identity("gateway-2");
   dds::Participant participant(as);
-  wire::Reader<MachineStatus> heard(participant, "millrace", wire::Keep::last);
+  wire::Reader<MachineStatus> machine_reader(participant, "millrace", wire::Keep::last);
   wire::Writer<MachineStatus> sut(participant, "millrace");
   std::map<InstanceId, MachineStatus> known;
   attack(
       as,
       [&](std::size_t) {
-        for (const wire::Taken<MachineStatus>& taken : heard.take()) {
+        for (const wire::Taken<MachineStatus>& taken : machine_reader.take()) {
           if (taken.valid) {
             known.insert_or_assign(taken.value.gateway, taken.value);
           }
@@ -326,28 +326,28 @@ TEST_P(AnInsider, PublishesThatAGatewayIsGoneAndItsMachineIsNotTakenOver) {
 TEST_P(AnInsider, ForgesTheOutcomeOfACommandAndIsIgnored) {
   start(2);
   dds::Participant participant(join("service"));
-  wire::Reader<Command> heard(participant, "millrace", wire::Keep::all);
+  wire::Reader<Command> command_reader(participant, "millrace", wire::Keep::all);
   wire::Writer<Outcome> sut(participant, "millrace");
   const Flood flood(1000, [&](std::size_t) {
-    for (const wire::Taken<Command>& taken : heard.take()) {
+    for (const wire::Taken<Command>& taken : command_reader.take()) {
       static_cast<void>(sut.write({.responder = InstanceId::random(),
                                    .command = taken.value.id,
                                    .done = true,
                                    .detail = "FORGED"}));
     }
   });
-  std::string said;
+  std::string errors;
   for (int i = 0; i < 5; ++i) {
     Process retry = chain.millrace({"retry", "cnc/1"});
     retry.wait(allowed);
     EXPECT_THAT(retry.output() + retry.error_output(), Not(HasSubstr("FORGED")));
-    said += retry.error_output();
+    errors += retry.error_output();
     Process health = chain.millrace({"status", "--host"});
     EXPECT_EQ(health.wait(allowed), 0) << health.error_output();
     EXPECT_THAT(health.output() + health.error_output(), Not(HasSubstr("FORGED")));
-    said += health.error_output();
+    errors += health.error_output();
   }
-  EXPECT_THAT(said,
+  EXPECT_THAT(errors,
               testing::ContainsRegex("participant [0-9a-f:]+ publishes the outcome of a command"));
 }
 
@@ -359,14 +359,14 @@ TEST_P(AnInsider, PublishesCallsAndMachinesOfAGatewayAndNoRecordingHasThem) {
   const auto as = join("gateway-2");
   Requester requester(as);
   dds::Participant participant(as);
-  wire::Reader<MachineStatus> heard(participant, "millrace", wire::Keep::last);
+  wire::Reader<MachineStatus> machine_reader(participant, "millrace", wire::Keep::last);
   wire::Writer<MachineStatus> machines(participant, "millrace");
   wire::Writer<ChannelStatus> states(participant, "millrace");
   wire::Writer<Event> events(participant, "millrace");
   wire::Writer<Outcome> outcomes(participant, "millrace");
   attack(as,
          [&](std::size_t i) {
-           for (wire::Taken<MachineStatus>& taken : heard.take()) {
+           for (wire::Taken<MachineStatus>& taken : machine_reader.take()) {
              if (taken.valid && taken.value.reason != "FORGED") {
                taken.value.reason = "FORGED";
                static_cast<void>(machines.write(taken.value));
@@ -409,11 +409,11 @@ TEST_P(AnInsider, ChangesNoAlarmOfAnotherAndPublishesInItsOwnName) {
                                {.program = "recorder", .host = "hall", .pid = 7});
   ASSERT_TRUE(end.raise({.key = {.kind = "archive"}, .text = "the disk is full"}));
   dds::Participant participant(join_elsewhere("panel"));
-  wire::Reader<Alarm> heard(participant, "millrace", wire::Keep::last);
+  wire::Reader<Alarm> alarm_reader(participant, "millrace", wire::Keep::last);
   wire::Writer<Alarm> sut(participant, "millrace");
   Alarm alarm;
   await("the alarm", [&] {
-    for (const wire::Taken<Alarm>& taken : heard.take()) {
+    for (const wire::Taken<Alarm>& taken : alarm_reader.take()) {
       if (taken.valid && taken.value.key.kind == "archive") {
         alarm = taken.value;
       }
@@ -433,15 +433,15 @@ TEST_P(AnInsider, ChangesNoAlarmOfAnotherAndPublishesInItsOwnName) {
   await("the flood", [&] { return flood.done() > 50; });
   Process doctor = chain.millrace({"doctor"});
   doctor.wait(allowed);
-  const std::string said = doctor.output();
+  const std::string findings = doctor.output();
   // Each alarm is attributed to the participant that published it.
-  const auto says = [&](const std::string& program, const std::string& text) {
+  const auto has_alarm_of = [&](const std::string& program, const std::string& text) {
     return testing::ContainsRegex((with_trust() ? program + " \\(" : "recorder") +
                                   "[^\n]*: " + text);
   };
-  EXPECT_THAT(said, says("screen", "the disk is full"));
-  EXPECT_THAT(said, says("panel", "all is lost"));
-  EXPECT_THAT(said, says("panel", "no such trouble"));
+  EXPECT_THAT(findings, has_alarm_of("screen", "the disk is full"));
+  EXPECT_THAT(findings, has_alarm_of("panel", "all is lost"));
+  EXPECT_THAT(findings, has_alarm_of("panel", "no such trouble"));
 }
 
 // A regression: each id cost a DDS writer in the gateway's loop. No call was answered during the

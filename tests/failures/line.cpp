@@ -151,7 +151,7 @@ void Line::reach() {
     case Point::dispatched:
       gateway_->await_error("cnc/1: call \\S+ of \\S+ answered", long_patience);
       service_->signal(SIGSTOP);
-      await_said("given to", 2);
+      await_logged("given to", 2);
       break;
     case Point::running:
       await_executions(2);
@@ -161,11 +161,11 @@ void Line::reach() {
   }
 }
 
-void Line::await_said(const std::string& words, std::size_t times) {
+void Line::await_logged(const std::string& words, std::size_t times) {
   await("the gateway to say '" + words + "' " + std::to_string(times) + " times", [&] {
-    const std::string said = gateway_->error_output();
+    const std::string log = gateway_->error_output();
     std::size_t found = 0;
-    for (auto at = said.find(words); at != std::string::npos; at = said.find(words, at + 1)) {
+    for (auto at = log.find(words); at != std::string::npos; at = log.find(words, at + 1)) {
       ++found;
     }
     return found >= times;
@@ -273,10 +273,10 @@ void Line::expect_no_call_ran_twice() {
 void Line::answer_the_held_call() {
   gateway_->await_error("must not run twice", long_patience);
   // The answer repeats the number that the request has as its text.
-  const std::string said = gateway_->error_output();
-  const std::size_t seen = said.rfind(" seen: ");
+  const std::string log = gateway_->error_output();
+  const std::size_t seen = log.rfind(" seen: ");
   ASSERT_NE(seen, std::string::npos);
-  const std::string request = said.substr(said.find('"', seen) + 1, 1);
+  const std::string request = log.substr(log.find('"', seen) + 1, 1);
   Process answer = chain_.millrace({"answer", "cnc/1", request, "--state", "1"});
   EXPECT_EQ(answer.wait(long_patience), 0) << answer.error_output();
 }

@@ -88,7 +88,7 @@ class Line {
   void start_controller();
   void await_executions(std::size_t count);
   /// Waits until the gateway has logged these words this many times.
-  void await_said(const std::string& words, std::size_t times);
+  void await_logged(const std::string& words, std::size_t times);
   /// Throws what the gateway has logged if it takes too long.
   void await(const std::string& what, const std::function<bool()>& done);
 

@@ -162,11 +162,11 @@ TEST_F(AStranger, ThatForgesHeartbeatsAndDeclinesIsIgnoredAndLoggedOnce) {
     testing::Test::RecordProperty("heartbeats and declines", std::to_string(flood.done()));
     EXPECT_GT(flood.done(), 5000U);
   }
-  const std::string said = gateway->error_output();
+  const std::string log = gateway->error_output();
   // Once, and after each minute a count of the further ones: a busy machine may take over a minute.
-  EXPECT_GE(times(said, "from instance "), 1U);
-  EXPECT_LE(times(said, "from instance "), 3U);
-  EXPECT_LE(times(said, "a heartbeat of instance"), 3U);
+  EXPECT_GE(times(log, "from instance "), 1U);
+  EXPECT_LE(times(log, "from instance "), 3U);
+  EXPECT_LE(times(log, "a heartbeat of instance"), 3U);
 }
 
 /// Ignores all replies: a participant without requests may still reply.

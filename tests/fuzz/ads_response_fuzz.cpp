@@ -37,14 +37,14 @@ void decode(BytesView payload) {
   if (const auto stamps = decode_notification(payload)) {
     require(encode_notification(*stamps).size() <= payload.size());
     NotificationInbox inbox;
-    std::size_t told = 0;
+    std::size_t notified = 0;
     inbox.expect();
     inbox.receive(552, *stamps);
     inbox.add(552, {1, 2}, [&](std::size_t item, BytesView value) {
       require(item < 2 && value.size() <= payload.size());
-      ++told;
+      ++notified;
     });
-    require(told <= payload.size());
+    require(notified <= payload.size());
   }
   if (const auto handles = decode_handles(payload, 2)) {
     require(handles->size() == 2);

@@ -43,10 +43,10 @@ void expect(bool holds) {
 cnc::variables::Reading reading_of(Input& in) {
   cnc::variables::Reading reading;
   // A controller's description never gives a type another size than its own: element_type().
-  cnc::variables::Description said;
-  said.type = static_cast<cnc::variables::Type>(in.byte() % 11U);
-  said.size = in.byte() % 8U + 1U;
-  reading.type = cnc::variables::element_type(said).value_or(reading.type);
+  cnc::variables::Description description;
+  description.type = static_cast<cnc::variables::Type>(in.byte() % 11U);
+  description.size = in.byte() % 8U + 1U;
+  reading.type = cnc::variables::element_type(description).value_or(reading.type);
   reading.length = in.byte();
   reading.access = static_cast<cnc::variables::Access>(in.byte() % 3U);
   return reading;

@@ -368,9 +368,10 @@ TEST_F(TheCommand, RetriesACallOnceDuringManyOtherCommands) {
   fabric::dds::Participant participant({.domain = chain.domain()});
   std::map<fabric::InstanceId, std::string> outcomes;
   fabric::wire::Writer<fabric::Command> commands(participant, "millrace");
-  fabric::wire::Reader<fabric::Outcome> heard(participant, "millrace", fabric::wire::Keep::all);
-  const auto told = [&](const fabric::Command& command) {
-    for (const auto& taken : heard.take()) {
+  fabric::wire::Reader<fabric::Outcome> outcome_reader(participant, "millrace",
+                                                       fabric::wire::Keep::all);
+  const auto has_outcome = [&](const fabric::Command& command) {
+    for (const auto& taken : outcome_reader.take()) {
       outcomes.insert_or_assign(taken.value.command, taken.value.detail);
     }
     return outcomes.contains(command.id);
@@ -383,13 +384,13 @@ TEST_F(TheCommand, RetriesACallOnceDuringManyOtherCommands) {
   };
   // The refusal of a command about another call shows the id of this one.
   const fabric::Command other = for_gateway(fabric::CommandKind::retry, "stranger");
-  await("a refusal", [&] { return commands.write(other) && told(other); });
+  await("a refusal", [&] { return commands.write(other) && has_outcome(other); });
   const std::string refusal = outcomes.at(other.id);
   const std::string pending = refusal.substr(refusal.rfind(' ') + 1);
   fabric::Command retry = for_gateway(fabric::CommandKind::retry, "tester");
   retry.call = {.epoch = std::stoull(pending, nullptr, 16),
                 .number = std::stoull(pending.substr(pending.find('-') + 1))};
-  await("the outcome", [&] { return commands.write(retry) && told(retry); });
+  await("the outcome", [&] { return commands.write(retry) && has_outcome(retry); });
   for (int i = 0; i < 100; ++i) {
     ASSERT_TRUE(commands.write({.id = fabric::InstanceId::random(),
                                 .kind = fabric::CommandKind::ping,
@@ -397,7 +398,7 @@ TEST_F(TheCommand, RetriesACallOnceDuringManyOtherCommands) {
   }
   ASSERT_TRUE(commands.write(retry));
   const fabric::Command last = for_gateway(fabric::CommandKind::ping, "tester");
-  await("an answer to the last command", [&] { return commands.write(last) && told(last); });
+  await("an answer to the last command", [&] { return commands.write(last) && has_outcome(last); });
   EXPECT_EQ(lines_with(gateway.error_output(), "retry by tester"), 1U) << gateway.error_output();
   EXPECT_THAT(gateway.error_output(), Not(HasSubstr("retry by tester: another call")));
   service.signal(SIGCONT);

@@ -201,13 +201,13 @@ TEST(TheHelp, HasTheCommandsInGroupsAndTheExamplesFirst) {
 TEST(TheHelp, OfEverySubcommandThatPrintsHasJson) {
   // A script for a shell; an export with another choice of format; commands over HTTP; commands
   // that write files and print their paths.
-  const std::set<std::string> others{
+  const std::set<std::string> without_json{
       "completion",  "controller add-route", "recording export",
       "web",         "trust export",         "trust init",
       "trust issue", "trust renew",          "trust renew-authorities",
       "trust revoke"};
   for (const auto& [words, help] : all_help()) {
-    if (help.subcommands.empty() && !others.contains(words)) {
+    if (help.subcommands.empty() && !without_json.contains(words)) {
       EXPECT_THAT(help.options, Contains("--json")) << words;
     }
   }

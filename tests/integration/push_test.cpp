@@ -30,16 +30,16 @@ class Notifications : public testing::Test {
   }
   /// Waits until `millrace machines` prints this.
   void await_of_the_machine(const std::string& pattern) {
-    std::string said;
+    std::string output;
     try {
       await(pattern, [&] {
         Process machines = sut.millrace({"machines", "--json"});
         machines.wait();
-        said = machines.output();
-        return std::regex_search(said, std::regex(pattern));
+        output = machines.output();
+        return std::regex_search(output, std::regex(pattern));
       });
     } catch (const std::exception& error) {
-      FAIL() << error.what() << "; it says " << said;
+      FAIL() << error.what() << "; it says " << output;
     }
   }
 

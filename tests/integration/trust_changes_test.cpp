@@ -57,10 +57,10 @@ class DuringCalls : public testing::Test {
     return sut_.cnc({"--channels", "1", "--run", "1=" + sut_.counting_program(uuid, 1'000'000)});
   }
   static std::size_t answered(const Process& by) {
-    const std::string said = by.error_output();
+    const std::string log = by.error_output();
     std::size_t count = 0;
-    for (auto at = said.find(" answered: "); at != std::string::npos;
-         at = said.find(" answered: ", at + 1)) {
+    for (auto at = log.find(" answered: "); at != std::string::npos;
+         at = log.find(" answered: ", at + 1)) {
       ++count;
     }
     return count;

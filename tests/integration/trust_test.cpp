@@ -170,13 +170,13 @@ TEST_F(Trust, OfAnotherPkiIsIgnored) {
   EXPECT_THAT(forged.error_output(), Not(HasSubstr("call ")));
   // It retries its authentication once a second, which is not logged each time.
   gateway.await_error("Certificate not valid: .*CN=square-root.* \\(\\d+ times in \\d+ s\\)");
-  const std::string said = gateway.error_output();
+  const std::string log = gateway.error_output();
   std::size_t lines = 0;
-  for (auto at = said.find("Certificate not valid"); at != std::string::npos;
-       at = said.find("Certificate not valid", at + 1)) {
+  for (auto at = log.find("Certificate not valid"); at != std::string::npos;
+       at = log.find("Certificate not valid", at + 1)) {
     ++lines;
   }
-  EXPECT_LE(lines, 2U) << said;
+  EXPECT_LE(lines, 2U) << log;
 }
 
 // `calls` and `data` said that there is nothing while participants were not authenticated yet.

@@ -28,9 +28,9 @@ std::string standing_by(const Process& first) {
 
 /// How often it has logged these words.
 std::size_t times(const Process& process, const std::string& words) {
-  const std::string said = process.error_output();
+  const std::string log = process.error_output();
   std::size_t found = 0;
-  for (auto at = said.find(words); at != std::string::npos; at = said.find(words, at + 1)) {
+  for (auto at = log.find(words); at != std::string::npos; at = log.find(words, at + 1)) {
     ++found;
   }
   return found;
@@ -51,13 +51,13 @@ bool eventually(const std::function<bool()>& holds) {
 /// Waits until observers, the standby gateway among them, have received that the call of channel 1
 /// runs: they receive it later than the first gateway logs it.
 void await_running(const Chain& sut) {
-  std::string heard;
-  while (heard.find("running") == std::string::npos) {
+  std::string output;
+  while (output.find("running") == std::string::npos) {
     Process channels = sut.millrace({"channels"});
     if (channels.wait() != 0) {
       throw std::runtime_error(channels.error_output());
     }
-    heard = channels.output();
+    output = channels.output();
   }
 }
 

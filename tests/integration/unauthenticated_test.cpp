@@ -69,17 +69,17 @@ TEST_F(UnauthenticatedSamples, AreKeptUpToALimit) {
   for (std::size_t i = 1; i <= most + 44; ++i) {
     claim(std::to_string(i));
   }
-  std::vector<std::string> said;
+  std::vector<std::string> names;
   await("the timeout", [&] {
     for (const auto& taken : sut->take()) {
       EXPECT_EQ(taken.authorization, Authorization::unauthenticated);
-      said.push_back(taken.value.machine);
+      names.push_back(taken.value.machine);
     }
-    return said.size() >= most;
+    return names.size() >= most;
   });
-  EXPECT_THAT(said, testing::SizeIs(most));
-  EXPECT_EQ(said.front(), "45");
-  EXPECT_EQ(said.back(), "300");
+  EXPECT_THAT(names, testing::SizeIs(most));
+  EXPECT_EQ(names.front(), "45");
+  EXPECT_EQ(names.back(), "300");
 }
 
 }  // namespace

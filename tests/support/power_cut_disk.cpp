@@ -183,17 +183,17 @@ int open_watched(const char* function, const char* path, int flags, mode_t mode)
 int force_watched(const char* function, int fd) {
   const fs::path path = path_of(fd);
   before(function, path);
-  bool ours = false;
+  bool watched = false;
   with_disk([&](PowerCutDisk::Impl& disk) {
-    ours = disk.has(path) || path == disk.folder;
+    watched = disk.has(path) || path == disk.folder;
     disk.forced(fd, path);
   });
-  if (!ours) {
+  if (!watched) {
     const std::lock_guard guard(lock);
-    ours = path.parent_path() == restored || path == restored;
+    watched = path.parent_path() == restored || path == restored;
   }
   // The real disk need not force what a test checks; it would only take time.
-  return ours ? 0 : next<int(int)>(function)(fd);
+  return watched ? 0 : next<int(int)>(function)(fd);
 }
 
 mode_t mode_in(int flags, std::va_list arguments) {

@@ -25,8 +25,8 @@ void print(const char* what, Series series, double floor) {
 }
 
 /// Measures calls with one service of this kind; `also` is called before the end.
-void measure_ours(const std::string& kind, std::size_t calls, Series& replied,
-                  const std::function<void(MemoryGateway&)>& also = {}) {
+void measure_gateway(const std::string& kind, std::size_t calls, Series& replied,
+                     const std::function<void(MemoryGateway&)>& also = {}) {
   const tests::Domain domain;
   const auto instance = start_service(domain.number(), 1, kind);
   MemoryGateway gateway(domain.number(), 1, 1);
@@ -43,7 +43,7 @@ void measure_ours(const std::string& kind, std::size_t calls, Series& replied,
 bool measure_call() {
   constexpr std::size_t rounds = 5;
   constexpr std::size_t calls = 4000;
-  Series ours;
+  Series through_gateway;
   Series threaded;
   Series dozing;
   Series raw;
@@ -61,11 +61,11 @@ bool measure_call() {
       measure_raw(domain.number(), warm_up, 1, 1);
       raw.add(measure_raw(domain.number(), calls, 1, 1).round_trips);
     }
-    measure_ours("inline", calls, ours, [&](MemoryGateway& gateway) {
+    measure_gateway("inline", calls, through_gateway, [&](MemoryGateway& gateway) {
       gateway.doze();
       dozing.add(gateway.run(calls).replied);
     });
-    measure_ours("service", calls, threaded);
+    measure_gateway("service", calls, threaded);
     if (auto result = measure_nats({.calls = calls, .size = message_size})) {
       nats.add(result->requester.round_trips);
     }
@@ -81,7 +81,7 @@ bool measure_call() {
   fmt::print("  {:<34}{:>10}{:>10}{:>10}\n", "", "median", "p99", "ratio");
   print("UDP ping-pong of two processes", datagrams, floor);
   print("raw Cyclone ping-pong (listener)", raw, floor);
-  print("gateway: accepted -> reply received", ours, floor);
+  print("gateway: accepted -> reply received", through_gateway, floor);
   print("the same, sleeping without spinning", dozing, floor);
   print("the same, a thread for the handler", threaded, floor);
   for (auto& [name, series] :
@@ -95,15 +95,15 @@ bool measure_call() {
   }
   fmt::print("  one datagram, sent and received in one thread: {:.1f} us of processor time\n",
              datagram);
-  const double ratio = ours.median() / floor;
-  const double tail = ours.p99() / raw.p99();
+  const double ratio = through_gateway.median() / floor;
+  const double tail = through_gateway.p99() / raw.p99();
   fmt::print("  median ratio {:.2f}   {}\n  p99 ratio {:.2f}   {}\n", ratio,
              verdict(ratio, 1.25, true), tail, verdict(tail, 2, true));
   if (!nats.empty()) {
-    fmt::print("  to NATS {:.2f}   {}\n", ours.median() / nats.median(),
-               verdict(ours.median() / nats.median(), 0.25, true));
+    fmt::print("  to NATS {:.2f}   {}\n", through_gateway.median() / nats.median(),
+               verdict(through_gateway.median() / nats.median(), 0.25, true));
   }
-  const bool beats_grpc = grpc.empty() || ours.median() < grpc.median();
+  const bool beats_grpc = grpc.empty() || through_gateway.median() < grpc.median();
   if (!grpc.empty()) {
     fmt::print("  faster than gRPC: {}\n", beats_grpc ? "yes" : "NO");
   }
@@ -163,7 +163,7 @@ bool measure_throughput() {
   constexpr int rounds = 3;
   constexpr std::size_t raw_calls = 80'000;
   double raw = 0;
-  Throughput ours;
+  Throughput through_gateway;
   Throughput threaded;
   for (int round = 0; round < rounds; ++round) {
     {
@@ -172,16 +172,16 @@ bool measure_throughput() {
           raw,
           measure_raw(domain.number(), raw_calls, many_channels, many_instances).calls_per_second);
     }
-    ours.measure("inline");
+    through_gateway.measure("inline");
     threaded.measure("service");
   }
   fmt::print(
       "calls per second, {} channels, {} instances, controllers in memory, best of {} rounds\n",
       many_channels, many_instances, rounds);
   fmt::print("  {:<34}{:>10.0f}\n", "raw Cyclone request/reply", raw);
-  ours.print("gateway", raw);
+  through_gateway.print("gateway", raw);
   threaded.print("the same, a thread for each handler", raw);
-  const double ratio = ours.calls_per_second / raw;
+  const double ratio = through_gateway.calls_per_second / raw;
   fmt::print("  ratio {:.2f}   {}\n", ratio, verdict(ratio, 0.7, false));
   measure_over_ads(255);
   return ratio >= 0.7;

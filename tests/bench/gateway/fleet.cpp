@@ -41,8 +41,8 @@ double Fleet::processor_seconds() const {
 
 std::string Fleet::problem() const {
   for (const tests::Process& process : processes_) {
-    if (std::string said = process.error_output(); !said.empty()) {
-      return said;
+    if (std::string errors = process.error_output(); !errors.empty()) {
+      return errors;
     }
   }
   return {};

@@ -44,18 +44,18 @@ class Use {
   void restart() {
     start_ = Clock::now();
     own_ = own_processor_microseconds() / 1e6;
-    others_ = of_others();
+    of_fleets_ = seconds_of_fleets();
   }
   /// Since then, in % of one core.
   [[nodiscard]] double own() const {
     return 100 * (own_processor_microseconds() / 1e6 - own_) / seconds_since(start_);
   }
-  [[nodiscard]] double others() const {
-    return 100 * (of_others() - others_) / seconds_since(start_);
+  [[nodiscard]] double of_fleets() const {
+    return 100 * (seconds_of_fleets() - of_fleets_) / seconds_since(start_);
   }
 
  private:
-  [[nodiscard]] double of_others() const {
+  [[nodiscard]] double seconds_of_fleets() const {
     double all = 0;
     for (const Fleet* fleet : fleets_) {
       all += fleet->processor_seconds();
@@ -66,7 +66,7 @@ class Use {
   std::vector<const Fleet*> fleets_;
   Clock::time_point start_;
   double own_ = 0;
-  double others_ = 0;
+  double of_fleets_ = 0;
 };
 
 /// Waits until two consecutive seconds take about the same processor time and the cores are not
@@ -80,7 +80,7 @@ std::optional<Clock::time_point> settle(Use& use, Clock::time_point started, con
   while (Clock::now() - started < patience) {
     use.restart();
     pass(seconds(1));
-    const double now = use.own() + use.others();
+    const double now = use.own() + use.of_fleets();
     if (now < saturated && std::abs(now - before) <= std::max(same * before, little)) {
       return Clock::now() - seconds(2);
     }
@@ -99,9 +99,10 @@ void report_idle(const std::string& prefix, const std::vector<const Fleet*>& fle
   use.restart();
   pass(seconds(options.idle_seconds));
   const double own = use.own();
-  const double others = use.others();
-  tell_row(
-      {{prefix + "own", own}, {prefix + "others", others}, {prefix + "processor", own + others}});
+  const double of_fleets = use.of_fleets();
+  tell_row({{prefix + "own", own},
+            {prefix + "others", of_fleets},
+            {prefix + "processor", own + of_fleets}});
 }
 
 /// One call at a time after a warm-up; nothing if they are not answered.

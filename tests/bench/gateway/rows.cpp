@@ -35,10 +35,10 @@ Row measure_row(std::vector<std::string> arguments, std::chrono::seconds limit) 
   for (std::string line; std::getline(remarks, line);) {
     row.trouble += "  " + line + '\n';
   }
-  std::istringstream told(process.output());
+  std::istringstream output(process.output());
   std::string name;
   double value = 0;
-  while (told >> name >> value) {
+  while (output >> name >> value) {
     row.figures[name] = value;
   }
   return row;

@@ -127,15 +127,15 @@ struct Processes {
   }
   /// The figures that each of them prints for the phase, by the groups of the pattern.
   std::vector<std::vector<double>> await(const std::string& pattern, seconds limit) const {
-    std::vector<std::vector<double>> said;
+    std::vector<std::vector<double>> figures;
     for (const auto& task : tasks) {
       const std::vector<std::string> groups = task->await(pattern, limit);
-      std::vector<double>& numbers = said.emplace_back();
+      std::vector<double>& numbers = figures.emplace_back();
       for (std::size_t i = 1; i < groups.size(); ++i) {
         numbers.push_back(std::stod(groups[i]));
       }
     }
-    return said;
+    return figures;
   }
 };
 

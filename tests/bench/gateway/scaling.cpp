@@ -176,7 +176,7 @@ bool measure_scaling(const ScalingOptions& options) {
 void measure_scaling_row(const ScalingOptions& options) {
   const std::uint32_t instances = options.instances.front();
   const std::uint32_t processes = std::min(instances, options.processes);
-  Rounds ours;
+  Rounds gateway;
   Rounds raw;
   Rounds nats;
   for (std::uint32_t round = 0; round < options.rounds; ++round) {
@@ -184,15 +184,15 @@ void measure_scaling_row(const ScalingOptions& options) {
     tell_row({{"raw_calls_per_second", raw.calls_per_second},
               {"raw_requester", raw.asking},
               {"raw_peers", raw.answering}});
-    add_round_of_gateway(ours, instances, processes);
-    tell_row({{"calls_per_second", ours.calls_per_second},
-              {"gateway", ours.asking},
-              {"services", ours.answering},
-              {"ratio", ours.calls_per_second / raw.calls_per_second}});
+    add_round_of_gateway(gateway, instances, processes);
+    tell_row({{"calls_per_second", gateway.calls_per_second},
+              {"gateway", gateway.asking},
+              {"services", gateway.answering},
+              {"ratio", gateway.calls_per_second / raw.calls_per_second}});
     add_round_of_nats(nats, instances, processes);
     if (nats.count > 0) {
       tell_row({{"nats_calls_per_second", nats.calls_per_second},
-                {"nats_ratio", ours.calls_per_second / nats.calls_per_second},
+                {"nats_ratio", gateway.calls_per_second / nats.calls_per_second},
                 {"nats", nats.asking + nats.answering}});
     }
   }

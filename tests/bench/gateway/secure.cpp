@@ -69,14 +69,15 @@ Way certificate_connection() {
   Way way = plain_connection();
   way.name = "certificates";
   way.most_ms = 150;
-  const Holder theirs("controller");
-  const Holder ours("gateway");
-  way.server.security = ads::ServerSecurity{
-      .self_signed = ads::ServerSelfSigned{theirs.certificate.pem(), theirs.key.pem(), {}, {}}};
+  const Holder controller("controller");
+  const Holder gateway("gateway");
+  way.server.security =
+      ads::ServerSecurity{.self_signed = ads::ServerSelfSigned{
+                              controller.certificate.pem(), controller.key.pem(), {}, {}}};
   way.server.routes = std::make_shared<ads::Routes>();
-  way.server.routes->add({way.client.source.net_id, ours.certificate.fingerprint()});
-  way.client.security =
-      ads::SelfSigned{ours.certificate.pem(), ours.key.pem(), theirs.certificate.fingerprint()};
+  way.server.routes->add({way.client.source.net_id, gateway.certificate.fingerprint()});
+  way.client.security = ads::SelfSigned{gateway.certificate.pem(), gateway.key.pem(),
+                                        controller.certificate.fingerprint()};
   return way;
 }
 

@@ -161,16 +161,16 @@ class Browsers {
     }
   }
   void measure(const std::string& data) {
-    const fabric::Time heard = now();
+    const fabric::Time received = now();
     const auto changes = boost::json::parse(data);
     const auto* calls = changes.as_object().if_contains("calls");
     if (calls == nullptr) {
       return;
     }
     for (const auto& call : calls->as_array()) {
-      const auto ended = base::text::parse_time(call.at("ended").as_string().c_str(), heard);
+      const auto ended = base::text::parse_time(call.at("ended").as_string().c_str(), received);
       if (ended) {
-        delays.add(heard - *ended);
+        delays.add(received - *ended);
       }
     }
   }

@@ -21,11 +21,11 @@ void remove_leftovers() {
   if (!std::filesystem::exists(all_namespaces)) {
     return;
   }
-  const std::regex ours("millrace-(\\d+)-.*");
+  const std::regex namespace_of_run("millrace-(\\d+)-.*");
   for (const auto& entry : std::filesystem::directory_iterator(all_namespaces)) {
     const std::string name = entry.path().filename();
     std::smatch match;
-    if (std::regex_match(name, match, ours) &&
+    if (std::regex_match(name, match, namespace_of_run) &&
         !std::filesystem::exists("/proc/" + match[1].str())) {
       run({"ip", "netns", "delete", name});
     }

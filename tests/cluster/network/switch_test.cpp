@@ -10,7 +10,7 @@ using testing::ElementsAre;
 using testing::IsEmpty;
 using std::chrono_literals::operator""ms;
 
-const std::string everybody = "\xff\xff\xff\xff\xff\xff";
+const std::string broadcast = "\xff\xff\xff\xff\xff\xff";
 const std::string ann = std::string("\x02\x00\x00\x00\x00\x0a", 6);
 const std::string bob = std::string("\x02\x00\x00\x00\x00\x0b", 6);
 
@@ -33,12 +33,12 @@ class SwitchTest : public testing::Test {
 };
 
 TEST_F(SwitchTest, SendsABroadcastFrameToAllOtherPorts) {
-  sut.take(1, frame(everybody, ann), now);
+  sut.take(1, frame(broadcast, ann), now);
   EXPECT_THAT(ports(sut.due(now)), ElementsAre(0, 2));
 }
 
 TEST_F(SwitchTest, SendsAFrameOnlyWhereItsDestinationWasSeen) {
-  sut.take(2, frame(everybody, bob), now);
+  sut.take(2, frame(broadcast, bob), now);
   sut.due(now);
   sut.take(0, frame(bob, ann), now);
   EXPECT_THAT(ports(sut.due(now)), ElementsAre(2));
@@ -46,9 +46,9 @@ TEST_F(SwitchTest, SendsAFrameOnlyWhereItsDestinationWasSeen) {
 
 TEST_F(SwitchTest, CutsOneDirectionOnly) {
   sut.way(0, 1).cut = true;
-  sut.take(0, frame(everybody, ann), now);
+  sut.take(0, frame(broadcast, ann), now);
   EXPECT_THAT(ports(sut.due(now)), ElementsAre(2));
-  sut.take(1, frame(everybody, bob), now);
+  sut.take(1, frame(broadcast, bob), now);
   EXPECT_THAT(ports(sut.due(now)), ElementsAre(0, 2));
 }
 
@@ -57,14 +57,14 @@ TEST_F(SwitchTest, DropsMulticastFramesWhereMulticastIsOff) {
   sut.way(0, 1).multicast = false;
   sut.take(0, frame(group, ann), now);
   EXPECT_THAT(ports(sut.due(now)), ElementsAre(2));
-  sut.take(0, frame(everybody, ann), now);
+  sut.take(0, frame(broadcast, ann), now);
   EXPECT_THAT(ports(sut.due(now)), ElementsAre(1, 2));
 }
 
 TEST_F(SwitchTest, LosesTheConfiguredShareOfTheFrames) {
   sut.way(0, 1).loss = 0.1;
   for (int i = 0; i < 10'000; ++i) {
-    sut.take(0, frame(everybody, ann), now);
+    sut.take(0, frame(broadcast, ann), now);
   }
   EXPECT_NEAR(static_cast<double>(sut.counters().lost), 1000, 100);
 }
@@ -74,7 +74,7 @@ TEST_F(SwitchTest, DelaysFramesWithinTheJitterAndReordersThem) {
   sut.way(0, 1).jitter = 10ms;
   sut.way(0, 2).cut = true;
   for (char i = 0; i < 100; ++i) {
-    sut.take(0, frame(everybody, ann) + i, now);
+    sut.take(0, frame(broadcast, ann) + i, now);
   }
   EXPECT_THAT(sut.due(now + 9ms), IsEmpty());
   ASSERT_TRUE(sut.next());
@@ -94,7 +94,7 @@ TEST_F(SwitchTest, DecidesTheSameForTheSameSeed) {
     other.way(0, 1).loss = 0.5;
     std::string pattern;
     for (int i = 0; i < 64; ++i) {
-      other.take(0, frame(everybody, ann), now);
+      other.take(0, frame(broadcast, ann), now);
       pattern += other.due(now).empty() ? '-' : '+';
     }
     return pattern;

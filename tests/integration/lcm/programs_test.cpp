@@ -125,12 +125,12 @@ TEST_F(Lcm, RepeatsALostRequest) {
   caller().publish(request);
   sut->await_error("call \\S+ from cnc/1: \"text\"");
   program.ignore_requests(false);
-  const request_t heard = program.await_request();
+  const request_t lcm_request = program.await_request();
   // It has finished the call, but its answer was lost: it is asked again, and answers the same.
   program.change([](presence_t& presence) { presence.calls.clear(); });
   const request_t again = program.await_request();
-  EXPECT_EQ(again.call.id, heard.call.id);
-  EXPECT_EQ(again.call.attempt, heard.call.attempt);
+  EXPECT_EQ(again.call.id, lcm_request.call.id);
+  EXPECT_EQ(again.call.attempt, lcm_request.call.attempt);
   program.answer(again, "done");
   EXPECT_EQ(caller().await_reply(request).text, "done");
 }
@@ -151,10 +151,10 @@ TEST_F(Lcm, LeavesWhenTheCallsUnderWayAreAnswered) {
   start();
   LcmProgram program(uuid);
   const fabric::Request request = ask("last");
-  const request_t heard = program.await_request();
+  const request_t lcm_request = program.await_request();
   sut->terminate();
   EXPECT_TRUE(caller().await_no_instance(uuid));
-  program.answer(heard, "done");
+  program.answer(lcm_request, "done");
   EXPECT_EQ(caller().await_reply(request).text, "done");
   EXPECT_EQ(sut->wait(), 0) << sut->error_output();
   // The bridge leaves, not the program.

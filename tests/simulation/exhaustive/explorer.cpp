@@ -148,11 +148,12 @@ std::optional<std::size_t> Explorer::choose(const std::vector<NcEvent>& waiting,
   if (found.empty()) {
     return std::nullopt;
   }
-  const bool others = std::ranges::any_of(found, [&](std::size_t i) { return !waiting[i].timer; });
+  const bool any_without_timer =
+      std::ranges::any_of(found, [&](std::size_t i) { return !waiting[i].timer; });
   const auto chosen =
       found.size() == 1 ? std::optional(found.front()) : pick(std::move(found), waiting);
   if (chosen) {
-    early_ += waiting[*chosen].timer && others ? 1U : 0U;
+    early_ += waiting[*chosen].timer && any_without_timer ? 1U : 0U;
   }
   return chosen;
 }

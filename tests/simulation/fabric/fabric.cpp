@@ -66,22 +66,22 @@ std::vector<EndNumber> Fabric::ends() const {
   return found;
 }
 
-void Fabric::leave(EndNumber end, bool told) {
+void Fabric::leave(EndNumber end, bool in_order) {
   ends_[end]->there = false;
   if (ends_[end]->gateway != nullptr) {
-    gateway_topics_.leave(end, told);
+    gateway_topics_.leave(end, in_order);
   }
   for (const PairPointer& pair : pairs_of(end)) {
     const bool is_instance = pair->instance == end;
     Side& side = is_instance ? pair->of_instance : pair->of_gateway;
-    if (told && side.path && ends_[is_instance ? pair->gateway : pair->instance]->awake) {
+    if (in_order && side.path && ends_[is_instance ? pair->gateway : pair->instance]->awake) {
       agenda_.touches(parties(*pair));
       // Its last samples arrive before the farewell.
       if (is_instance) {
         arrive_replies(pair);
       }
       ++side.epoch;
-      side.heard = false;
+      side.passes = false;
       within(pair, delay(false), [this, pair, is_instance] { lose_known(pair, is_instance); });
     } else {
       refresh(pair);
@@ -109,7 +109,7 @@ void Fabric::thawed(EndNumber end, Time after) {
       // It has received nothing from the others for longer than their leases.
       Side& other = pair->instance == end ? pair->of_gateway : pair->of_instance;
       lose_known(pair, pair->gateway == end);
-      other.heard = false;
+      other.passes = false;
       ++other.epoch;
     }
     refresh(pair);
@@ -175,20 +175,20 @@ void Fabric::refresh(const PairPointer& pair) {
 }
 
 void Fabric::refresh(const PairPointer& pair, Side& side, const End& other, bool of_instance) {
-  const bool heard = side.path && other.there && other.awake;
-  if (heard == side.heard) {
+  const bool passes = side.path && other.there && other.awake;
+  if (passes == side.passes) {
     return;
   }
-  side.heard = heard;
+  side.passes = passes;
   const std::uint64_t epoch = ++side.epoch;
   // Without calls it may be silent for longer.
   const Time longest = of_instance ? conditions.lease * 3 : conditions.lease;
-  const Time wait = heard ? random_.between(conditions.discovery_least, conditions.discovery_most)
-                          : random_.between(conditions.lease / 2, longest);
+  const Time wait = passes ? random_.between(conditions.discovery_least, conditions.discovery_most)
+                           : random_.between(conditions.lease / 2, longest);
   agenda_.after(wait, {.parties = parties(*pair), .timer = true},
-                [this, pair, &side, epoch, heard, of_instance] {
+                [this, pair, &side, epoch, passes, of_instance] {
                   if (side.epoch == epoch) {
-                    heard ? find(pair, of_instance) : lose_known(pair, of_instance);
+                    passes ? find(pair, of_instance) : lose_known(pair, of_instance);
                   }
                 });
 }
@@ -301,7 +301,7 @@ void Fabric::change_identity(EndNumber number, const fabric::InstanceIdentity& i
   ends_[number]->identity = identity;
   for (const PairPointer& pair : pairs_of(number)) {
     within(pair, delay(false), [this, pair] {
-      if (pair->of_instance.reader && pair->of_instance.heard) {
+      if (pair->of_instance.reader && pair->of_instance.passes) {
         discover(pair, true);
       }
     });
@@ -326,7 +326,7 @@ std::string Fabric::place_of_gateway(const End& end, EndNumber number) const {
   }
   for (const PairPointer& pair : pairs_of(number)) {
     const Side& side = pair->of_instance;
-    words += fmt::format("|{} {} {} {} {} {} {}", side.path, side.heard, side.reader, side.writer,
+    words += fmt::format("|{} {} {} {} {} {} {}", side.path, side.passes, side.reader, side.writer,
                          side.epoch, pair->replies, pair->replies_due);
   }
   return words;
@@ -344,7 +344,7 @@ std::string Fabric::place_of_instance(const End& end, EndNumber number) const {
   }
   for (const PairPointer& pair : pairs_of(number)) {
     const Side& side = pair->of_gateway;
-    words += fmt::format("|{} {} {} {} {} {} {}", side.path, side.heard, side.reader, side.writer,
+    words += fmt::format("|{} {} {} {} {} {} {}", side.path, side.passes, side.reader, side.writer,
                          side.epoch, pair->requests, pair->requests_due);
   }
   return words;

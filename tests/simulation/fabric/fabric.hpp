@@ -69,8 +69,8 @@ class Fabric {
   EndNumber join(Process& process, GatewayListener& listener, GatewayMonitorListener& watch);
   EndNumber join(Process& process, InstanceListener& listener,
                  const fabric::InstanceIdentity& identity);
-  /// `told`: it sends a farewell; otherwise the others lose it by its lease.
-  void leave(EndNumber end, bool told);
+  /// `in_order`: it sends a farewell; otherwise the others lose it by its lease.
+  void leave(EndNumber end, bool in_order);
   /// Its process was frozen, or continues after this time.
   void frozen(EndNumber end);
   void thawed(EndNumber end, Time after);
@@ -142,8 +142,8 @@ class Fabric {
   /// One end as the other knows it.
   struct Side {
     bool path = true;
-    /// The other end hears this one.
-    bool heard = false;
+    /// What this end sends reaches the other one.
+    bool passes = false;
     /// Whether the gateway has found the request reader and the reply writer of the instance; the
     /// instance finds both of a gateway or neither.
     bool reader = false;

@@ -16,7 +16,7 @@ bool Fabric::publish(EndNumber number, const fabric::Request& request) {
   lay_out(end, request.call, request.attempt, request.assigned, writer->second.last);
   for (const PairPointer& pair : pairs_of(number)) {
     send_requests(pair);
-    if (ends_[pair->instance]->identity.id == request.assigned && !pair->of_instance.heard) {
+    if (ends_[pair->instance]->identity.id == request.assigned && !pair->of_instance.passes) {
       lose_after_request(pair);
     }
   }
@@ -53,12 +53,12 @@ void Fabric::withdraw(EndNumber number, const fabric::RequestKey& key) {
 
 void Fabric::heartbeat(EndNumber number, const fabric::InstanceLoad& load) {
   for (const PairPointer& pair : pairs_of(number)) {
-    if (!pair->of_instance.heard || random_.chance(conditions.lost)) {
+    if (!pair->of_instance.passes || random_.chance(conditions.lost)) {
       continue;
     }
     within(pair, delay(false), [this, pair, load] {
       End& gateway = *ends_[pair->gateway];
-      if (gateway.there && pair->of_instance.heard && pair->of_instance.reader) {
+      if (gateway.there && pair->of_instance.passes && pair->of_instance.reader) {
         gateway.process->run(gateway.life, [&gateway, load] { gateway.gateway->on_load(load); });
       }
     });
@@ -108,7 +108,7 @@ void Fabric::arrive_requests(const PairPointer& pair) {
   End& gateway = *ends_[pair->gateway];
   End& instance = *ends_[pair->instance];
   if (!gateway.there || !instance.there || !pair->of_instance.reader || !pair->of_gateway.reader ||
-      !pair->of_gateway.heard) {
+      !pair->of_gateway.passes) {
     return;
   }
   const auto writer = gateway.requests.find(instance.identity.id);
@@ -194,7 +194,7 @@ void Fabric::arrive_replies(const PairPointer& pair) {
   End& gateway = *ends_[pair->gateway];
   End& instance = *ends_[pair->instance];
   if (!gateway.there || !pair->of_instance.writer || !pair->of_gateway.writer ||
-      !pair->of_instance.heard) {
+      !pair->of_instance.passes) {
     return;
   }
   bool news = false;

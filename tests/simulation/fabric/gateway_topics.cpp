@@ -12,8 +12,8 @@ void GatewayTopics::join(EndNumber number, Process& process, GatewayMonitorListe
   end.process = &process;
   end.life = process.life();
   end.listener = &listener;
-  for (const auto& [other, it] : ends_) {
-    if (other != number && it.there) {
+  for (const auto& [other, other_end] : ends_) {
+    if (other != number && other_end.there) {
       ways_.push_back(std::make_shared<Way>(Way{.from = other, .to = number}));
       refresh(ways_.back());
       ways_.push_back(std::make_shared<Way>(Way{.from = number, .to = other}));
@@ -22,14 +22,14 @@ void GatewayTopics::join(EndNumber number, Process& process, GatewayMonitorListe
   }
 }
 
-void GatewayTopics::leave(EndNumber end, bool told) {
+void GatewayTopics::leave(EndNumber end, bool in_order) {
   ends_.at(end).there = false;
   for (const WayPointer& way : ways_) {
-    if (way->from == end && told && way->heard && ends_.at(way->to).awake) {
+    if (way->from == end && in_order && way->passes && ends_.at(way->to).awake) {
       // Its last samples arrive before the farewell.
       arrive(way);
       ++way->epoch;
-      way->heard = false;
+      way->passes = false;
       after(*way, delay(), [this, way] { lose(way); });
     } else if (way->from == end || way->to == end) {
       refresh(way);
@@ -52,7 +52,7 @@ void GatewayTopics::thawed(EndNumber end, Time after) {
     if (way->to == end && after > conditions_.lease) {
       // It has received nothing from the others for longer than their leases.
       lose(way);
-      way->heard = false;
+      way->passes = false;
       ++way->epoch;
     }
     if (way->to == end || way->from == end) {
@@ -91,15 +91,15 @@ void GatewayTopics::after(const Way& way, Time delay, std::function<void()> act)
 
 void GatewayTopics::refresh(const WayPointer& way) {
   const End& from = ends_.at(way->from);
-  const bool heard = way->path && from.there && from.awake && ends_.at(way->to).there;
-  if (heard != way->heard) {
-    way->heard = heard;
-    const Time wait = heard
+  const bool passes = way->path && from.there && from.awake && ends_.at(way->to).there;
+  if (passes != way->passes) {
+    way->passes = passes;
+    const Time wait = passes
                           ? random_.between(conditions_.discovery_least, conditions_.discovery_most)
                           : random_.between(conditions_.lease / 2, conditions_.lease);
-    after(*way, wait, [this, way, epoch = ++way->epoch, heard] {
+    after(*way, wait, [this, way, epoch = ++way->epoch, passes] {
       if (way->epoch == epoch) {
-        heard ? find(way) : lose(way);
+        passes ? find(way) : lose(way);
       }
     });
   }
@@ -167,7 +167,7 @@ void GatewayTopics::subscribe_channels(EndNumber end) {
 bool GatewayTopics::hears(EndNumber to, EndNumber from) const {
   return std::ranges::any_of(ways_, [&](const WayPointer& way) {
     const End& sender = ends_.at(way->from);
-    return way->from == from && way->to == to && way->found && way->heard && !way->due &&
+    return way->from == from && way->to == to && way->found && way->passes && !way->due &&
            sender.awake && ends_.at(to).awake && !ends_.at(to).due;
   });
 }
@@ -192,7 +192,7 @@ void GatewayTopics::send(const WayPointer& way) {
 void GatewayTopics::arrive(const WayPointer& way) {
   End& from = ends_.at(way->from);
   End& to = ends_.at(way->to);
-  if (!from.there || !to.there || !way->heard || !way->found) {
+  if (!from.there || !to.there || !way->passes || !way->found) {
     return;
   }
   for (const auto& [machine, sample] : from.machines) {

@@ -36,7 +36,7 @@ class GatewayTopics {
       : agenda_(agenda), conditions_(conditions), random_(random) {}
 
   void join(EndNumber end, Process& process, GatewayMonitorListener& listener);
-  void leave(EndNumber end, bool told);
+  void leave(EndNumber end, bool in_order);
   void frozen(EndNumber end);
   void thawed(EndNumber end, Time after);
   void set_path(EndNumber from, EndNumber to, bool open);
@@ -82,7 +82,7 @@ class GatewayTopics {
     EndNumber from = 0;
     EndNumber to = 0;
     bool path = true;
-    bool heard = false;
+    bool passes = false;
     bool found = false;
     std::uint64_t epoch = 0;
     std::uint64_t machines = 0;

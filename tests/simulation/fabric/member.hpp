@@ -40,8 +40,8 @@ class Member {
   [[nodiscard]] fabric::Time wall() const;
   void note(const std::string& what) { history_.note(name_, what); }
   void joined(EndNumber end) { end_ = end; }
-  /// `told`: it sends a farewell to the others.
-  void leave(bool told) { fabric_.leave(*std::exchange(end_, {}), told); }
+  /// `in_order`: it sends a farewell to the others.
+  void leave(bool in_order) { fabric_.leave(*std::exchange(end_, {}), in_order); }
 
  private:
   std::string name_;

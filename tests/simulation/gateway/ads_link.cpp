@@ -415,7 +415,7 @@ void AdsLink::answered(const RequestPointer& request) {
   answered_in_time_ = process_.agenda().now();
   std::erase(pending_, request);
   if (request->work) {
-    request->work->told(request->refused ? "the controller refuses it" : "");
+    request->work->on_answer(request->refused ? "the controller refuses it" : "");
     return;
   }
   const Key key{controller_.name(), request->channel};
@@ -441,7 +441,7 @@ void AdsLink::refused_by_router(const RequestPointer& request) {
   const Time now = process_.agenda().now();
   router_refuses_since_ = router_refuses_since_.value_or(now);
   if (request->work) {
-    request->work->told("the router refuses it");
+    request->work->on_answer("the router refuses it");
   } else if (const Key key{controller_.name(), request->channel}; request->write) {
     events_.on_write(key, WriteOutcome::refused, "the router refuses it");
   } else {
@@ -471,7 +471,7 @@ void AdsLink::fail(const Request& request, bool timed_out) {
     return;
   }
   if (request.work) {
-    request.work->told(timed_out ? "timeout" : "link lost");
+    request.work->on_answer(timed_out ? "timeout" : "link lost");
     return;
   }
   const Key key{controller_.name(), request.channel};

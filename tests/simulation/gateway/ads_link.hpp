@@ -117,7 +117,7 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
     std::function<void()> carry_out;
     /// Runs at the gateway, never from within ask(), and never if the link is destroyed before.
     /// `failure` is empty if the request was carried out.
-    std::function<void(const std::string& failure)> told;
+    std::function<void(const std::string& failure)> on_answer;
   };
   void ask(Work work);
   void subscribe(const std::vector<std::uint16_t>& channels);

@@ -15,7 +15,7 @@ using gateway::Variable;
 
 namespace {
 
-constexpr std::array told_states{Variable::request_state, Variable::response_state};
+constexpr std::array notified_states{Variable::request_state, Variable::response_state};
 /// For a lost request: cnc/ads/client.hpp.
 constexpr Time question_timeout = 2000ms;
 
@@ -108,7 +108,7 @@ void AdsLink::take_sample(std::uint16_t channel) {
   Subscription& subscription = found->second;
   subscription.sampling = false;
   const NotificationBehaviour& behaviour = conditions_.notifications;
-  for (const Variable variable : told_states) {
+  for (const Variable variable : notified_states) {
     const std::uint32_t value = controller_.channel(channel).state(variable);
     const auto last = subscription.last.find(variable);
     const bool first = last == subscription.last.end();

@@ -50,9 +50,9 @@ void GatewayChecker::on_end() {
   lates_.clear();
 }
 
-void GatewayChecker::on_heard(const fabric::ChannelStatus& status) {
+void GatewayChecker::on_channel_status(const fabric::ChannelStatus& status) {
   if (status.call != fabric::CallId{}) {
-    history_.add(Heard{number_, seen_as(status.key), status.call});
+    history_.add(ChannelStatusReceived{number_, seen_as(status.key), status.call});
   }
 }
 
@@ -76,7 +76,7 @@ void GatewayChecker::on_tell(const Key& key, const fabric::Event& event, bool in
   } else if (event.kind == EventKind::lost || event.kind == EventKind::refused) {
     given_.erase(event.call);
     if (event.kind == EventKind::refused) {
-      refusal_told_ = event.call;
+      refusal_reported_ = event.call;
     }
   }
   history_.add(EventPublished{number_, event});
@@ -228,7 +228,7 @@ void GatewayChecker::on_reply(const fabric::Reply& reply, const std::function<vo
     fact.refused = current.policy.refused;
     fact.before = current.answer;
   }
-  refusal_told_ = {};
+  refusal_reported_ = {};
   const auto given = given_.find(reply.call);
   if (reply.kind == fabric::ReplyKind::declined && given != given_.end() &&
       given->second == reply.instance) {
@@ -236,7 +236,7 @@ void GatewayChecker::on_reply(const fabric::Reply& reply, const std::function<vo
   }
   take();
   fact.now = found == current_.end() ? std::nullopt : found->second.answer;
-  fact.refusal_told = refusal_told_ != fabric::CallId{};
+  fact.refusal_reported = refusal_reported_ != fabric::CallId{};
   history_.add(fact);
 }
 

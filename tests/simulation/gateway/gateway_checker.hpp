@@ -74,7 +74,7 @@ class GatewayChecker {
 
   void on_ready(const fabric::InstanceIdentity& instance) { ready_[instance.id] = instance; }
   void on_gone(const fabric::InstanceId& instance) { ready_.erase(instance); }
-  void on_heard(const fabric::ChannelStatus& status);
+  void on_channel_status(const fabric::ChannelStatus& status);
   void on_not_owner(const Key& key) { history_.add(Refused{number_, key}); }
 
   void on_tell(const Key& key, const fabric::Event& event, bool in_trouble, bool ending);
@@ -147,7 +147,7 @@ class GatewayChecker {
   /// How often it has reported that a call, or a reply to it, is late.
   std::map<fabric::CallId, unsigned> lates_;
   /// The last call for which it has reported that an answer is refused.
-  fabric::CallId refusal_told_;
+  fabric::CallId refusal_reported_;
 };
 
 }  // namespace millrace::tests::simulation

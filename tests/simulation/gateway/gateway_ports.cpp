@@ -100,7 +100,7 @@ void RingLink::ask(const queues::Step& step) {
                    found->answer = done_by(ring, step, gateway);
                    found->sight = ring.sight(gateway);
                  },
-             .told =
+             .on_answer =
                  [this, &ring = ring_, gateway = gateway_, step, found,
                   alive = std::weak_ptr(life_)](const std::string& failure) {
                    if (!failure.empty()) {
@@ -179,11 +179,11 @@ class GatewayProcess::WatchedLink final : public gateway::machines::Controller {
                         made->answer = values.answer(question);
                       }
                     },
-                .told =
+                .on_answer =
                     [&values, &process = process_, machine = machine_, question,
                      made](const std::string& failure) {
                       if (failure.empty()) {
-                        values.on_told(made->at);
+                        values.on_answer_arrived(made->at);
                       } else {
                         made->answer = ValueStore::failure(question, cnc::ads::ErrorCode::timeout);
                       }

@@ -241,7 +241,7 @@ void GatewayProcess::on_reply(const fabric::Reply& reply) {
     checker_.on_reply(reply, [] {});
     return;
   }
-  checker_.on_reply(reply, [&] { core_->on_reply(mistakes_.heard(reply, checker_)); });
+  checker_.on_reply(reply, [&] { core_->on_reply(mistakes_.taken_for(reply, checker_)); });
 }
 
 void GatewayProcess::on_load(const fabric::InstanceLoad& load) {
@@ -268,7 +268,7 @@ void GatewayProcess::on_machine_gone(const std::string& machine,
 }
 
 void GatewayProcess::on_channel(const fabric::ChannelStatus& status) {
-  checker_.on_heard(status);
+  checker_.on_channel_status(status);
   if (!mistakes_.makes(Bug::inheritance_forgotten)) {
     core_->on_channel(status);
   }

@@ -29,7 +29,7 @@ fabric::InstanceIdentity Mistakes::seen(const fabric::InstanceIdentity& instance
   return known;
 }
 
-fabric::Reply Mistakes::heard(const fabric::Reply& reply, const GatewayChecker& checker) const {
+fabric::Reply Mistakes::taken_for(const fabric::Reply& reply, const GatewayChecker& checker) const {
   fabric::Reply taken = reply;
   const fabric::CallId current = checker.call_of(reply.key);
   if (makes(Bug::reply_by_channel) && current != fabric::CallId{}) {

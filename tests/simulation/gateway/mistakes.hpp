@@ -20,8 +20,8 @@ class Mistakes {
   void forget();
 
   [[nodiscard]] fabric::InstanceIdentity seen(const fabric::InstanceIdentity& instance) const;
-  [[nodiscard]] fabric::Reply heard(const fabric::Reply& reply,
-                                    const GatewayChecker& checker) const;
+  [[nodiscard]] fabric::Reply taken_for(const fabric::Reply& reply,
+                                        const GatewayChecker& checker) const;
   /// The gateway ignores this reply.
   [[nodiscard]] bool forgets(const fabric::Reply& reply) const;
   /// An invented read in place of a real one.

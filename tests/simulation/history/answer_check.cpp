@@ -153,20 +153,21 @@ void AnswerCheck::on(const WriteAsked& fact, Time) {
   Channel& channel = channels_[fact.key];
   const auto& stretches = channel.stretches;
   const bool stood = std::ranges::any_of(stretches, [&](const Stretch& stretch) {
-    const bool ours = stretch.request == fact.request && stretch.from <= look->second.end;
-    return ours && (!stretch.until || *stretch.until >= look->second.first ||
-                    stretch.answered_by == fact.call);
+    const bool of_request = stretch.request == fact.request && stretch.from <= look->second.end;
+    return of_request && (!stretch.until || *stretch.until >= look->second.first ||
+                          stretch.answered_by == fact.call);
   });
   const bool seems_to_wait =
       channel.wiped && !stretches.empty() && stretches.back().request == fact.request;
   // Where the kernel clears REQUEST_STATE, the answer of a gateway out of hearing looks like an
   // interim one; and a text that releases a program may be any gateway's.
-  const auto others = [&](const std::set<GatewayNumber>& writers) {
+  const auto has_other_writer = [&](const std::set<GatewayNumber>& writers) {
     return writers.size() > writers.count(fact.gateway);
   };
-  const bool answered_unseen = (channel.kernel_clears && others(channel.all_writers)) ||
-                               (fact.completion_signal == fabric::CompletionSignal::response &&
-                                (others(channel.writers) || others(channel.writers_before)));
+  const bool answered_unseen =
+      (channel.kernel_clears && has_other_writer(channel.all_writers)) ||
+      (fact.completion_signal == fabric::CompletionSignal::response &&
+       (has_other_writer(channel.writers) || has_other_writer(channel.writers_before)));
   const auto zeroed = zeroed_.find({fact.gateway, fact.key});
   const bool seems_cleared = zeroed != zeroed_.end() && zeroed->second == fact.request &&
                              look->second.shown.state == 0 &&
@@ -232,13 +233,14 @@ void AnswerCheck::on(const WriteDone& fact, Time now) {
     violations_.push_back(fmt::format("I3: {} is released while RESPONSE is \"{}\", not \"{}\"",
                                       fact.call.to_string(), fact.response, fact.answer->text));
   }
-  const auto others = [&](const std::set<GatewayNumber>& writers) {
+  const auto has_other_writer = [&](const std::set<GatewayNumber>& writers) {
     return writers.size() > writers.count(fact.gateway);
   };
   // Of two gateways that do not see each other, one has cleared the program's next, equal request:
   // for the other one its RESPONSE, which releases the program, is lost.
-  const bool unseen = fact.variable == gateway::Variable::response &&
-                      (others(channel.writers) || others(channel.writers_before));
+  const bool unseen =
+      fact.variable == gateway::Variable::response &&
+      (has_other_writer(channel.writers) || has_other_writer(channel.writers_before));
   if (++finals_[fact.call] > 1 && !unseen) {
     violations_.push_back(
         fmt::format("I1: {} is answered {} times", fact.call.to_string(), finals_[fact.call]));
@@ -262,12 +264,13 @@ void AnswerCheck::on(const WriteDone& fact, Time now) {
 /// The answer must be a reply of the instance to this call.
 void AnswerCheck::judge_writer(const WriteDone& fact) {
   const gateway::Answer& answer = *fact.answer;
-  const auto said = [&](const fabric::Reply& reply) {
+  const auto gives_answer = [&](const fabric::Reply& reply) {
     return reply.instance == answer.instance &&
            (answer.text == gateway::printable(reply.text) || answer.text == reply.text ||
             stands_for_a_refused_one(answer.text));
   };
-  if (answer.instance != fabric::InstanceId{} && std::ranges::none_of(replies_[fact.call], said)) {
+  if (answer.instance != fabric::InstanceId{} &&
+      std::ranges::none_of(replies_[fact.call], gives_answer)) {
     violations_.push_back(
         fmt::format("I10: {} is answered with \"{}\", which instance {} has not said of it",
                     fact.call.to_string(), answer.text, answer.instance.to_string().substr(0, 8)));
@@ -333,7 +336,7 @@ void ReplyCheck::on(const Resumed& fact) {
 
 void ReplyCheck::on(const Dispatched& fact) {
   // The journal may have lost an attempt of this number, whose answer was refused.
-  std::erase_if(refused_[fact.gateway], [&](const Said& refusal) {
+  std::erase_if(refused_[fact.gateway], [&](const AnswerKey& refusal) {
     const auto& [call, instance, attempt, when] = refusal;
     return call == fact.call && instance == fact.instance && attempt == fact.attempt;
   });
@@ -351,17 +354,17 @@ bool ReplyCheck::unchanged(const ReplyReceived& fact) {
 
 void ReplyCheck::on(const ReplyReceived& fact) {
   const fabric::Reply& reply = fact.reply;
-  const Said said{reply.call, reply.instance, reply.attempt, reply.answered};
-  const bool known = refused_[fact.gateway].contains(said);
+  const AnswerKey key{reply.call, reply.instance, reply.attempt, reply.answered};
+  const bool known = refused_[fact.gateway].contains(key);
   if (!fact.completion_signal || known || reply.kind != fabric::ReplyKind::final) {
-    expect(unchanged(fact) && !fact.refusal_told,
+    expect(unchanged(fact) && !fact.refusal_reported,
            "it is not an answer to the call, and has an effect on it", reply);
     return;
   }
   const bool writable =
       gateway::Response::of(reply.text, reply.state, fact.program_awaits).has_value();
   if (!writable || reply.code == fabric::ServiceCode::refused) {
-    refused_[fact.gateway].insert(said);
+    refused_[fact.gateway].insert(key);
     judge_refused(fact);
     return;
   }
@@ -373,7 +376,8 @@ void ReplyCheck::on(const ReplyReceived& fact) {
 
 void ReplyCheck::judge_refused(const ReplyReceived& fact) {
   const fabric::Reply& reply = fact.reply;
-  expect(fact.refusal_told, "it cannot be written, and the gateway does not report this", reply);
+  expect(fact.refusal_reported, "it cannot be written, and the gateway does not report this",
+         reply);
   if (fact.refused && fact.refused->response_state == 0) {
     expect(unchanged(fact), "it cannot be written, and the call is not blocked", reply);
     return;

@@ -134,9 +134,9 @@ class ReplyCheck final : public Check {
   void judge_refused(const ReplyReceived& fact);
 
   /// An answer: its attempt, and its time.
-  using Said = std::tuple<fabric::CallId, fabric::InstanceId, std::uint32_t, fabric::Time>;
+  using AnswerKey = std::tuple<fabric::CallId, fabric::InstanceId, std::uint32_t, fabric::Time>;
   /// The answers that gateways have refused since they started. They may be delivered again.
-  std::map<GatewayNumber, std::set<Said>> refused_;
+  std::map<GatewayNumber, std::set<AnswerKey>> refused_;
   std::vector<std::string> violations_;
 };
 

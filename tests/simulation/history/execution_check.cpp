@@ -91,10 +91,10 @@ void ExecutionCheck::on(const Dispatched& fact) {
   auto& questions = questions_[story.key];
   for (const auto& [call, other] : calls_) {
     const bool same = other.key == story.key && other.question == story.question;
-    const auto heard = heard_.find({story.gateway, call});
+    const auto received = other_calls_.find({story.gateway, call});
     const bool unknown = other.gateway == story.gateway
                              ? other.forgotten
-                             : heard == heard_.end() || heard->second > story.claimed;
+                             : received == other_calls_.end() || received->second > story.claimed;
     if (same && call != fact.call && other.given && unknown && story.question < questions.size()) {
       ++questions[story.question].pardons;
     }
@@ -118,8 +118,9 @@ void ExecutionCheck::on(const Ended& fact) {
 
 void ExecutionCheck::on(const Resumed& fact) {
   if (fact.call == fabric::CallId{}) {
-    // It has forgotten what it had heard.
-    std::erase_if(heard_, [&](const auto& reply) { return reply.first.first == fact.gateway; });
+    // It has forgotten what it had received.
+    std::erase_if(other_calls_,
+                  [&](const auto& reply) { return reply.first.first == fact.gateway; });
     for (auto& [call, story] : calls_) {
       story.forgotten = story.forgotten || (story.ended && story.gateway == fact.gateway);
     }
@@ -130,8 +131,8 @@ void ExecutionCheck::on(const Resumed& fact) {
   }
 }
 
-void ExecutionCheck::on(const Heard& fact) {
-  heard_.try_emplace({fact.gateway, fact.call}, facts_);
+void ExecutionCheck::on(const ChannelStatusReceived& fact) {
+  other_calls_.try_emplace({fact.gateway, fact.call}, facts_);
 }
 
 void ExecutionCheck::on(const Refused& fact) {

@@ -60,7 +60,7 @@ class ExecutionCheck final : public Check {
   void on(const Dispatched& fact);
   void on(const Ended& fact);
   void on(const Resumed& fact);
-  void on(const Heard& fact);
+  void on(const ChannelStatusReceived& fact);
   void on(const Refused& fact);
   void on(const Started& fact);
   void on(const Cancelled& fact);
@@ -73,8 +73,8 @@ class ExecutionCheck final : public Check {
 
   std::map<fabric::CallId, Story> calls_;
   std::map<Key, std::vector<Question>> questions_;
-  /// When a gateway first heard of another gateway's call.
-  std::map<std::pair<GatewayNumber, fabric::CallId>, std::uint64_t> heard_;
+  /// When a gateway first received another gateway's call.
+  std::map<std::pair<GatewayNumber, fabric::CallId>, std::uint64_t> other_calls_;
   std::uint64_t facts_ = 0;
   std::vector<std::string> violations_;
 };

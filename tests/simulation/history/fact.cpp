@@ -102,7 +102,7 @@ struct Words {
     return fmt::format("{}  gateway {} finds {} in its journal", resumed.key.to_string(),
                        resumed.gateway, resumed.call.to_string());
   }
-  std::string operator()(const Heard& fact) const {
+  std::string operator()(const ChannelStatusReceived& fact) const {
     return fmt::format("{}  gateway {} hears of {}", fact.key.to_string(), fact.gateway,
                        fact.call.to_string());
   }
@@ -130,7 +130,7 @@ struct Words {
   std::string operator()(const ReplyReceived& reply_received) const {
     return fmt::format("{}  gateway {} takes {}{}", reply_received.reply.key.to_string(),
                        reply_received.gateway, text_of(reply_received.reply),
-                       reply_received.refusal_told ? " and refuses it" : "");
+                       reply_received.refusal_reported ? " and refuses it" : "");
   }
   std::string operator()(const EventPublished& event_published) const {
     return fmt::format("{}  gateway {} publishes {} of {}, attempt {}",

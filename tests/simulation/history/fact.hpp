@@ -130,8 +130,8 @@ struct Resumed {
   /// It was about to clear REQUEST_STATE, or had cleared it.
   bool clearing = false;
 };
-/// It hears that another gateway has this call.
-struct Heard {
+/// It receives that another gateway has this call.
+struct ChannelStatusReceived {
   GatewayNumber gateway = 0;
   Key key;
   fabric::CallId call;
@@ -175,7 +175,7 @@ struct ReplyReceived {
   std::optional<gateway::Answer> before;
   std::optional<gateway::Answer> now;
   /// The gateway reports that it refuses the answer.
-  bool refusal_told = false;
+  bool refusal_reported = false;
 };
 /// A gateway publishes an event.
 struct EventPublished {
@@ -249,9 +249,9 @@ struct Note {
 using Fact =
     std::variant<ProgramAsked, ProgramMoved, KernelClears, ResponseEmptied, ProgramReleased,
                  SnapshotRead, WriteAsked, Answered, WriteDone, Claimed, Dispatched, Ended, Resumed,
-                 Heard, Refused, Started, Finished, Cancelled, Replied, ReplyReceived,
-                 EventPublished, Retried, JournalLost, QueuePlanned, MessageWritten, MessagesGone,
-                 MessagesRead, OutcomeUnknown, MessageJournalled, MessageEnded, Note>;
+                 ChannelStatusReceived, Refused, Started, Finished, Cancelled, Replied,
+                 ReplyReceived, EventPublished, Retried, JournalLost, QueuePlanned, MessageWritten,
+                 MessagesGone, MessagesRead, OutcomeUnknown, MessageJournalled, MessageEnded, Note>;
 
 /// The channel of a fact. Each gateway has its own channel for a message queue: "m0.q@1/1".
 Key key_at(const Key& key, GatewayNumber gateway);

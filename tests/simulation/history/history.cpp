@@ -18,9 +18,10 @@ double seconds(Time time) {
 }
 
 /// Whether a check remembers the fact beyond the life of its process. What a gateway has read and
-/// heard is only in its memory.
+/// received is only in its memory.
 bool lasts(const Fact& fact) {
-  return !std::holds_alternative<SnapshotRead>(fact) && !std::holds_alternative<Heard>(fact) &&
+  return !std::holds_alternative<SnapshotRead>(fact) &&
+         !std::holds_alternative<ChannelStatusReceived>(fact) &&
          !std::holds_alternative<Finished>(fact) && !std::holds_alternative<Replied>(fact) &&
          !std::holds_alternative<Note>(fact);
 }

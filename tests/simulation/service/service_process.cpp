@@ -115,7 +115,7 @@ std::string ServiceProcess::place() const {
                      closed_, stuck_, scheduler_knows_, fabric().place_of(*end()));
 }
 
-void ServiceProcess::told(const std::string& what) {
+void ServiceProcess::note_input(const std::string& what) {
   scheduler_knows_ = meaning_of(scheduler_knows_, what);
 }
 
@@ -137,14 +137,14 @@ void ServiceProcess::on_request(const fabric::Request& request) {
   if (plan_.bug == Bug::scheduler_without_memory) {
     open_scheduler();
   }
-  told(fmt::format("{} {} {}", request.call.to_string(), request.attempt,
-                   request.assigned.to_string()));
+  note_input(fmt::format("{} {} {}", request.call.to_string(), request.attempt,
+                         request.assigned.to_string()));
   asked_.insert(key_of(request));
   perform(scheduler_->on_request(request, moment()));
 }
 
 void ServiceProcess::on_withdrawn(const fabric::RequestKey& key) {
-  told(fmt::format("withdrawn {}", key.epoch));
+  note_input(fmt::format("withdrawn {}", key.epoch));
   if (plan_.bug == Bug::withdraws_for_others) {
     for (const fabric::RequestKey& asked : asked_) {
       if (asked.key == key.key) {
@@ -157,7 +157,7 @@ void ServiceProcess::on_withdrawn(const fabric::RequestKey& key) {
 }
 
 void ServiceProcess::on_orphaned(const fabric::RequestKey& key) {
-  told(fmt::format("orphaned {}", key.epoch));
+  note_input(fmt::format("orphaned {}", key.epoch));
   perform(scheduler_->on_orphaned(key));
 }
 
@@ -313,7 +313,7 @@ void ServiceProcess::finish(const RunPointer& run) {
   const fabric::CallId call = run->request.call;
   history().add(Finished{identity_.id, call});
   const sdk::Result result = result_of(*run);
-  told("result of " + call.to_string());
+  note_input("result of " + call.to_string());
   const sdk::Actions actions = scheduler_->on_result(call, result, moment());
   if (plan_.bug == Bug::cancelled_result_sent && run->cancelled && result) {
     say(reply_to(run->request, result->text, result->state));

@@ -102,7 +102,7 @@ class ServiceProcess final : public Member, private InstanceListener {
   // service_process.cpp
   void open_scheduler();
   void heartbeat();
-  void told(const std::string& what);
+  void note_input(const std::string& what);
   void close_when_idle();
   void leave_soon();
 

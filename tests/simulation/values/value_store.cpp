@@ -41,17 +41,17 @@ std::optional<std::int32_t> ValueStore::value_of(const std::string& name) const 
   return name == "V.E.NUMBER" ? std::optional(number_) : std::nullopt;
 }
 
-void ValueStore::on_told(Time made) {
+void ValueStore::on_answer_arrived(Time made) {
   constexpr std::size_t most = 1000;
-  told_.push_back({agenda_.now(), agenda_.now() - made});
-  if (told_.size() > most) {
-    told_.pop_front();
+  arrivals_.push_back({agenda_.now(), agenda_.now() - made});
+  if (arrivals_.size() > most) {
+    arrivals_.pop_front();
   }
 }
 
 Time ValueStore::longest_way_since(Time then) const {
   Time longest{};
-  for (auto value = told_.rbegin(); value != told_.rend() && value->at >= then; ++value) {
+  for (auto value = arrivals_.rbegin(); value != arrivals_.rend() && value->at >= then; ++value) {
     longest = std::max(longest, value->way);
   }
   return longest;

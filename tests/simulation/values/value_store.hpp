@@ -23,7 +23,7 @@ class ValueStore {
   static gateway::machines::Answer failure(const gateway::machines::Question& question,
                                            cnc::ads::ErrorCode code);
   /// An answer has arrived that was made at this time.
-  void on_told(Time made);
+  void on_answer_arrived(Time made);
   /// The longest delay of an answer that arrived at `then` or later.
   [[nodiscard]] Time longest_way_since(Time then) const;
   [[nodiscard]] unsigned times_written(std::int32_t number) const {
@@ -37,12 +37,12 @@ class ValueStore {
   Agenda& agenda_;
   std::int32_t number_ = 0;
   std::map<std::int32_t, unsigned> written_;
-  struct Told {
+  struct Arrival {
     Time at{};
     Time way{};
   };
   /// The last answers.
-  std::deque<Told> told_;
+  std::deque<Arrival> arrivals_;
 };
 
 }  // namespace millrace::tests::simulation

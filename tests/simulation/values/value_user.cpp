@@ -133,7 +133,7 @@ void ValueUser::on_sample(const fabric::DataSample& sample, Time stood_still) {
   for (const fabric::Value& value : sample.values) {
     judge_age(value, plant_.agenda().now() - oldest_sample - stood_still, sample.key.to_string());
     if (value.quality == fabric::Quality::good) {
-      told_[sample.key.machine] = plant_.agenda().now();
+      published_[sample.key.machine] = plant_.agenda().now();
     }
   }
 }
@@ -141,19 +141,19 @@ void ValueUser::on_sample(const fabric::DataSample& sample, Time stood_still) {
 void ValueUser::watch() {
   for (const auto& controller : plant_.controllers()) {
     const Key key{controller->name(), 1};
-    const bool is_told = std::ranges::any_of(plant_.gateways(), [&](const auto& gateway) {
+    const bool is_served = std::ranges::any_of(plant_.gateways(), [&](const auto& gateway) {
       const auto& machines = gateway->file().machines;
       const auto machine =
           std::ranges::find(machines, key.machine, &gateway::settings::MachineSettings::name);
       return gateway->running() && !gateway->frozen() && gateway->serves(key) &&
              machine != machines.end() && !machine->data.groups.empty();
     });
-    Time& told = told_[key.machine];
-    if (!calm_ || !is_told) {
-      told = plant_.agenda().now();
-    } else if (plant_.agenda().now() - told > longest_silence) {
+    Time& last_published = published_[key.machine];
+    if (!calm_ || !is_served) {
+      last_published = plant_.agenda().now();
+    } else if (plant_.agenda().now() - last_published > longest_silence) {
       violated("V4: the data of {} are not told any more", key.machine);
-      told = plant_.agenda().now();
+      last_published = plant_.agenda().now();
     }
   }
   plant_.agenda().after(100ms, {}, [this] { watch(); });

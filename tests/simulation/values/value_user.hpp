@@ -46,7 +46,7 @@ class ValueUser {
   std::int32_t last_number_ = 0;
   std::map<fabric::InstanceId, Open> open_;
   /// When the data of a machine were last published, or it was not served.
-  std::map<std::string, Time> told_;
+  std::map<std::string, Time> published_;
 };
 
 }  // namespace millrace::tests::simulation

@@ -199,30 +199,30 @@ class BarrierTest : public testing::Test {
  protected:
   BarrierTest() {
     report_contained_to([this](const std::string& line) {
-      said.push_back(line);
+      reports.push_back(line);
       return true;
     });
   }
   ~BarrierTest() override { report_contained_to(nullptr); }
 
-  std::vector<std::string> said;
+  std::vector<std::string> reports;
 };
 
 TEST_F(BarrierTest, RunsWorkThatThrowsNothing) {
   bool done = false;
   contain("a test", [&] { done = true; });
   EXPECT_TRUE(done);
-  EXPECT_THAT(said, IsEmpty());
+  EXPECT_THAT(reports, IsEmpty());
 }
 
 TEST_F(BarrierTest, StopsAnExceptionAndReportsWhere) {
   contain("the first test", [] { throw std::runtime_error("no reason"); });
-  EXPECT_THAT(said, ElementsAre(AllOf(HasSubstr("the first test"), HasSubstr("no reason"))));
+  EXPECT_THAT(reports, ElementsAre(AllOf(HasSubstr("the first test"), HasSubstr("no reason"))));
 }
 
 TEST_F(BarrierTest, StopsWhatIsNoException) {
   contain("the second test", [] { throw 42; });
-  EXPECT_THAT(said, ElementsAre(HasSubstr("not a std::exception")));
+  EXPECT_THAT(reports, ElementsAre(HasSubstr("not a std::exception")));
 }
 
 TEST_F(BarrierTest, LimitsRepeatedLogLines) {
@@ -230,8 +230,8 @@ TEST_F(BarrierTest, LimitsRepeatedLogLines) {
     contain("the third test", [] { throw std::runtime_error("again"); });
   }
   // The 1st, 2nd, 4th … 512th message.
-  ASSERT_EQ(said.size(), 10U);
-  EXPECT_THAT(said.back(), HasSubstr("(512 so far)"));
+  ASSERT_EQ(reports.size(), 10U);
+  EXPECT_THAT(reports.back(), HasSubstr("(512 so far)"));
 }
 
 TEST(Barrier, WritesToTheLogOfTheProgram) {

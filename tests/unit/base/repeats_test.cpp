@@ -33,14 +33,14 @@ TEST(Repeats, ReportsAFaultOnceAndThenAtGrowingIntervalsWithACount) {
 
 TEST(Repeats, ReportsAFaultAtLeastOnceAnHour) {
   Repeats sut;
-  auto said = at(0s);
+  auto last_report = at(0s);
   for (auto second = 0s; second <= 24h; second += 5s) {
     if (sut.note("write", "disk full", at(second))) {
-      EXPECT_LE(at(second) - said, 1h);
-      said = at(second);
+      EXPECT_LE(at(second) - last_report, 1h);
+      last_report = at(second);
     }
   }
-  EXPECT_GT(said, at(22h));
+  EXPECT_GT(last_report, at(22h));
 }
 
 TEST(Repeats, CountsAgainAfterTheFaultWasOver) {

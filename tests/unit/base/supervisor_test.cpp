@@ -43,7 +43,7 @@ class Supervisor {
   Supervisor& operator=(const Supervisor&) = delete;
 
   /// The next message; empty if there is none.
-  [[nodiscard]] std::string heard() const {
+  [[nodiscard]] std::string next_message() const {
     std::array<char, 256> buffer{};
     const ssize_t length = ::recv(socket_, buffer.data(), buffer.size(), MSG_DONTWAIT);
     return length > 0 ? std::string(buffer.data(), static_cast<std::size_t>(length)) : "";
@@ -62,13 +62,13 @@ class TheSupervisor : public testing::Test {
 TEST_F(TheSupervisor, IsNotifiedOfReadinessAndStatus) {
   const Supervisor sut(path);
   ready("serving cnc");
-  EXPECT_EQ(sut.heard(), "READY=1\nSTATUS=serving cnc");
+  EXPECT_EQ(sut.next_message(), "READY=1\nSTATUS=serving cnc");
 }
 
 TEST_F(TheSupervisor, MayHaveASocketWithoutAFile) {
   const Supervisor sut("@millrace-test-" + std::to_string(::getpid()));
   notify_supervisor("STOPPING=1");
-  EXPECT_EQ(sut.heard(), "STOPPING=1");
+  EXPECT_EQ(sut.next_message(), "STOPPING=1");
 }
 
 TEST_F(TheSupervisor, NeedNotExist) {
@@ -96,10 +96,10 @@ TEST_F(TheSupervisor, GetsSignsOfLifeFromARunningLoop) {
   ::setenv("WATCHDOG_USEC", "2000", 1);
   boost::asio::io_context io;
   const loop::Watchdog watchdog(io.get_executor());
-  EXPECT_EQ(sut.heard(), "WATCHDOG=1");
-  EXPECT_EQ(sut.heard(), "");
+  EXPECT_EQ(sut.next_message(), "WATCHDOG=1");
+  EXPECT_EQ(sut.next_message(), "");
   io.run_one();
-  EXPECT_EQ(sut.heard(), "WATCHDOG=1");
+  EXPECT_EQ(sut.next_message(), "WATCHDOG=1");
 }
 
 }  // namespace

@@ -47,9 +47,10 @@ bool is_set(const Field& field) {
 }
 
 const std::multimap<std::string, Member> members{
-#define MEMBER(type, name, bound) \
-  {#type,                         \
-   {#name, bound, [](const void* it) { return is_set(static_cast<const type*>(it)->name); }}},
+#define MEMBER(type, name, bound)                                   \
+  {#type, {#name, bound, [](const void* sample) {                   \
+             return is_set(static_cast<const type*>(sample)->name); \
+           }}},
 #define ENUMERATOR(type, name)
 #include "tests/unit/every_field/idl_members.inc"
 #undef MEMBER

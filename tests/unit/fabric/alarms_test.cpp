@@ -34,13 +34,13 @@ TEST(AnAlarmTable, PublishesANewAlarmOnceWithItsProcess) {
   sut.raise(disk_full(), noon);
   const auto changes = sut.changes();
   ASSERT_THAT(changes.to_publish, SizeIs(1));
-  const Alarm& told = changes.to_publish.front();
-  EXPECT_EQ(told.key, (AlarmKey{archiver.key.responder, "archive", ""}));
-  EXPECT_EQ(told.program, "archiver");
-  EXPECT_EQ(told.host, "press-pc");
-  EXPECT_EQ(told.pid, 17U);
-  EXPECT_EQ(told.since, noon);
-  EXPECT_EQ(told.text, "disk full");
+  const Alarm& published = changes.to_publish.front();
+  EXPECT_EQ(published.key, (AlarmKey{archiver.key.responder, "archive", ""}));
+  EXPECT_EQ(published.program, "archiver");
+  EXPECT_EQ(published.host, "press-pc");
+  EXPECT_EQ(published.pid, 17U);
+  EXPECT_EQ(published.since, noon);
+  EXPECT_EQ(published.text, "disk full");
   sut.raise(disk_full(), noon + 1s);
   EXPECT_THAT(sut.changes().to_publish, IsEmpty());
 }
@@ -109,10 +109,10 @@ TEST(AnAlarmTable, ShortensTooLongNamesVisibly) {
     wordy.key.subject += "ü";
   }
   sut.raise(wordy, noon);
-  const Alarm told = sut.changes().to_publish.at(0);
-  EXPECT_LE(told.key.subject.size(), 63U);
-  EXPECT_THAT(told.key.subject, EndsWith("üü …"));
-  EXPECT_EQ(told.key.kind, "a b");
+  const Alarm published = sut.changes().to_publish.at(0);
+  EXPECT_LE(published.key.subject.size(), 63U);
+  EXPECT_THAT(published.key.subject, EndsWith("üü …"));
+  EXPECT_EQ(published.key.kind, "a b");
 }
 
 TEST(AlarmOwners, KeepAlarmsOfSeveralWritersWithOneKey) {
@@ -177,13 +177,13 @@ class AnAlarmEndpoint : public testing::Test {
   const std::map<AlarmKey, Alarm>& known() {
     for (const wire::Taken<Alarm>& taken : reader.take()) {
       if (taken.instance_state != wire::InstanceState::alive) {
-        heard.erase(taken.value.key);
+        alarms.erase(taken.value.key);
       } else if (taken.valid) {
         ++samples;
-        heard.insert_or_assign(taken.value.key, taken.value);
+        alarms.insert_or_assign(taken.value.key, taken.value);
       }
     }
-    return heard;
+    return alarms;
   }
   bool until(const std::function<bool()>& done) { return tests::run_until(context, done); }
 
@@ -200,7 +200,7 @@ class AnAlarmEndpoint : public testing::Test {
   dds::Participant here{processes.here()};
   dds::Participant there{processes.there()};
   wire::Reader<Alarm> reader{there, "millrace", wire::Keep::last};
-  std::map<AlarmKey, Alarm> heard;
+  std::map<AlarmKey, Alarm> alarms;
   int samples = 0;
   std::optional<endpoints::AlarmEndpoint> sut;
 };
@@ -208,7 +208,7 @@ class AnAlarmEndpoint : public testing::Test {
 TEST_F(AnAlarmEndpoint, PublishesAllFieldsOfAnAlarm) {
   ASSERT_TRUE(sut->raise(disk_full()));
   ASSERT_TRUE(until([&] { return !known().empty(); }));
-  const Alarm& got = heard.begin()->second;
+  const Alarm& got = alarms.begin()->second;
   EXPECT_EQ(got.key, (AlarmKey{id, "archive", "main"}));
   EXPECT_EQ(got.level, AlarmLevel::warning);
   EXPECT_EQ(got.text, "disk full");

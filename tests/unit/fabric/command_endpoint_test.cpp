@@ -12,7 +12,7 @@ namespace {
 
 using tests::run_until;
 
-struct HeardCommands : endpoints::CommandListener {
+struct RecordedCommands : endpoints::CommandListener {
   void on_command(const Command& command) override { commands.push_back(command); }
   std::vector<Command> commands;
 };
@@ -30,8 +30,8 @@ class CommandEndpoints : public testing::Test {
   boost::asio::io_context context;
   dds::Participant here{processes.here()};
   dds::Participant there{processes.there()};
-  HeardCommands heard;
-  endpoints::CommandEndpoint sut{here, context.get_executor(), heard};
+  RecordedCommands received;
+  endpoints::CommandEndpoint sut{here, context.get_executor(), received};
   wire::Writer<Command> commands{there, "millrace"};
 };
 
@@ -46,8 +46,8 @@ TEST_F(CommandEndpoints, ReceiveACommandWithAllItsFields) {
                      .issuer = "operator@host",
                      .at = Time(std::chrono::nanoseconds(5))};
   ASSERT_TRUE(commands.write(sent));
-  ASSERT_TRUE(until([&] { return !heard.commands.empty(); }));
-  const Command& got = heard.commands.front();
+  ASSERT_TRUE(until([&] { return !received.commands.empty(); }));
+  const Command& got = received.commands.front();
   EXPECT_EQ(got.id, sent.id);
   EXPECT_EQ(got.kind, sent.kind);
   EXPECT_EQ(got.key, sent.key);
@@ -66,16 +66,16 @@ TEST_F(CommandEndpoints, ReceiveARepeatedCommandOnce) {
     ASSERT_TRUE(commands.write(command));
   }
   ASSERT_TRUE(
-      until([&] { return !heard.commands.empty() && heard.commands.back().id == next.id; }));
-  EXPECT_EQ(heard.commands.size(), 2U);
+      until([&] { return !received.commands.empty() && received.commands.back().id == next.id; }));
+  EXPECT_EQ(received.commands.size(), 2U);
 }
 
 TEST_F(CommandEndpoints, PublishTheOutcomeAlsoToAToolThatIsDiscoveredLate) {
-  const Outcome told{.responder = InstanceId::random(),
-                     .command = InstanceId::random(),
-                     .done = true,
-                     .detail = "drained"};
-  ASSERT_TRUE(sut.publish(told));
+  const Outcome outcome{.responder = InstanceId::random(),
+                        .command = InstanceId::random(),
+                        .done = true,
+                        .detail = "drained"};
+  ASSERT_TRUE(sut.publish(outcome));
   wire::Reader<Outcome> outcomes(there, "millrace", wire::Keep::all);
   std::vector<wire::Taken<Outcome>> got;
   ASSERT_TRUE(until([&] {
@@ -84,8 +84,8 @@ TEST_F(CommandEndpoints, PublishTheOutcomeAlsoToAToolThatIsDiscoveredLate) {
     }
     return !got.empty();
   }));
-  EXPECT_EQ(got.front().value.command, told.command);
-  EXPECT_EQ(got.front().value.responder, told.responder);
+  EXPECT_EQ(got.front().value.command, outcome.command);
+  EXPECT_EQ(got.front().value.responder, outcome.responder);
   EXPECT_TRUE(got.front().value.done);
   EXPECT_EQ(got.front().value.detail, "drained");
 }

@@ -50,8 +50,8 @@ class Endpoints : public testing::Test {
   struct Instance {
     Instance(dds::Participant& participant, boost::asio::io_context& context,
              InstanceIdentity own_identity)
-        : end(participant, context.get_executor(), std::move(own_identity), heard) {}
-    RecordingInstance heard;
+        : end(participant, context.get_executor(), std::move(own_identity), received) {}
+    RecordingInstance received;
     endpoints::ReplyEndpoint end;
   };
 
@@ -73,18 +73,18 @@ class Endpoints : public testing::Test {
   }
   /// A request that the service has received.
   Request deliver(endpoints::CallEndpoint& sut, const Instance& service, std::uint64_t number) {
-    const std::size_t before = service.heard.requests.size();
+    const std::size_t before = service.received.requests.size();
     Request sent = request(number, service.end.identity());
     EXPECT_TRUE(sut.publish(sent));
-    EXPECT_TRUE(until([&] { return service.heard.requests.size() > before; }));
+    EXPECT_TRUE(until([&] { return service.received.requests.size() > before; }));
     return sent;
   }
   /// The two directions are independent; this sample arrives after all that was sent before.
-  bool until_heard(endpoints::CallEndpoint& sut, Instance& instance, std::uint64_t number) {
+  bool until_probe_arrives(endpoints::CallEndpoint& sut, Instance& instance, std::uint64_t number) {
     const ChannelKey probe{.machine = "probe", .channel = 1};
     EXPECT_TRUE(sut.publish(request(number, instance.end.identity(), probe)));
     return until([&] {
-      return !instance.heard.requests.empty() && instance.heard.requests.back().key == probe;
+      return !instance.received.requests.empty() && instance.received.requests.back().key == probe;
     });
   }
 

@@ -24,15 +24,15 @@ TEST_F(Endpoints, DoNotWithdrawTheCallsOfAGatewayThatEnds) {
   auto sut = open_gateway();
   const auto service = start_known();
   ASSERT_TRUE(sut->publish(request(1, service->end.identity())));
-  ASSERT_TRUE(until([&] { return service->heard.requests.size() == 1; }));
+  ASSERT_TRUE(until([&] { return service->received.requests.size() == 1; }));
   sut.reset();
   gateway = {};
 
   // Its successor finds the answer that was published in between.
-  ASSERT_TRUE(service->end.publish(reply(service->heard.requests.front())));
+  ASSERT_TRUE(service->end.publish(reply(service->received.requests.front())));
   sut = open_gateway();
   ASSERT_TRUE(until([&] { return gateway.replies.size() == 1; }));
-  EXPECT_THAT(service->heard.withdrawn, IsEmpty());
+  EXPECT_THAT(service->received.withdrawn, IsEmpty());
 }
 
 /// The same call from another gateway.
@@ -51,14 +51,14 @@ TEST_F(Endpoints, WithdrawNoCallOfAnotherGateway) {
   endpoints::CallEndpoint other(elsewhere, context.get_executor(), other_gateway);
   ASSERT_TRUE(until([&] { return !other_gateway.ready.empty(); }));
 
-  const Request ours = request(1, service->end.identity());
-  const Request theirs = of_epoch(8, ours);
-  ASSERT_TRUE(sut->publish(ours));
-  ASSERT_TRUE(other.publish(theirs));
-  ASSERT_TRUE(until([&] { return service->heard.requests.size() == 2; }));
-  other.withdraw(key_of(theirs));
-  ASSERT_TRUE(until([&] { return !service->heard.withdrawn.empty(); }));
-  EXPECT_THAT(service->heard.withdrawn, ElementsAre(key_of(theirs)));
+  const Request of_gateway = request(1, service->end.identity());
+  const Request of_other_gateway = of_epoch(8, of_gateway);
+  ASSERT_TRUE(sut->publish(of_gateway));
+  ASSERT_TRUE(other.publish(of_other_gateway));
+  ASSERT_TRUE(until([&] { return service->received.requests.size() == 2; }));
+  other.withdraw(key_of(of_other_gateway));
+  ASSERT_TRUE(until([&] { return !service->received.withdrawn.empty(); }));
+  EXPECT_THAT(service->received.withdrawn, ElementsAre(key_of(of_other_gateway)));
 }
 
 TEST_F(Endpoints, KeepTheRequestsOfTwoGatewaysApart) {
@@ -71,19 +71,19 @@ TEST_F(Endpoints, KeepTheRequestsOfTwoGatewaysApart) {
   ASSERT_TRUE(until_ready(service.end.identity()));
   ASSERT_TRUE(until([&] { return !other_gateway.ready.empty(); }));
 
-  const Request ours = request(1, service.end.identity());
-  const Request theirs = of_epoch(8, ours);
-  const Request withdrawn = of_epoch(9, ours);
-  ASSERT_TRUE(sut->publish(ours));
-  ASSERT_TRUE(other.publish(theirs));
+  const Request of_gateway = request(1, service.end.identity());
+  const Request of_other_gateway = of_epoch(8, of_gateway);
+  const Request withdrawn = of_epoch(9, of_gateway);
+  ASSERT_TRUE(sut->publish(of_gateway));
+  ASSERT_TRUE(other.publish(of_other_gateway));
   ASSERT_TRUE(other.publish(withdrawn));
   other.withdraw(key_of(withdrawn));
   ASSERT_TRUE(run_until(asleep, [&] {
-    return service.heard.requests.size() == 2 && !service.heard.withdrawn.empty();
+    return service.received.requests.size() == 2 && !service.received.withdrawn.empty();
   }));
-  EXPECT_EQ(service.heard.requests[0].call, ours.call);
-  EXPECT_EQ(service.heard.requests[1].call, theirs.call);
-  EXPECT_THAT(service.heard.withdrawn, ElementsAre(key_of(withdrawn)));
+  EXPECT_EQ(service.received.requests[0].call, of_gateway.call);
+  EXPECT_EQ(service.received.requests[1].call, of_other_gateway.call);
+  EXPECT_THAT(service.received.withdrawn, ElementsAre(key_of(withdrawn)));
 }
 
 TEST_F(Endpoints, KeepTheAnswersToTwoGatewaysApart) {
@@ -143,9 +143,9 @@ TEST_F(Endpoints, NotifyAServiceThatAGatewayIsGone) {
   const auto service = start_known();
   const Request sent = deliver(*sut, *service, 1);
   sut.reset();
-  ASSERT_TRUE(until([&] { return !service->heard.orphaned.empty(); }));
-  EXPECT_THAT(service->heard.orphaned, ElementsAre(key_of(sent)));
-  EXPECT_THAT(service->heard.withdrawn, IsEmpty());
+  ASSERT_TRUE(until([&] { return !service->received.orphaned.empty(); }));
+  EXPECT_THAT(service->received.orphaned, ElementsAre(key_of(sent)));
+  EXPECT_THAT(service->received.withdrawn, IsEmpty());
 }
 
 TEST_F(SilentEndpoints, NotifyAServiceThatAGatewayFellSilentAndRequestsAgain) {
@@ -153,12 +153,12 @@ TEST_F(SilentEndpoints, NotifyAServiceThatAGatewayFellSilentAndRequestsAgain) {
   const auto service = start_known();
   const Request sent = deliver(*sut, *service, 1);
   ASSERT_EQ(dds_domain_set_deafmute(here.handle(), true, true, DDS_INFINITY), DDS_RETCODE_OK);
-  ASSERT_TRUE(until([&] { return !service->heard.orphaned.empty(); }));
-  EXPECT_THAT(service->heard.orphaned, ElementsAre(key_of(sent)));
+  ASSERT_TRUE(until([&] { return !service->received.orphaned.empty(); }));
+  EXPECT_THAT(service->received.orphaned, ElementsAre(key_of(sent)));
 
   ASSERT_EQ(dds_domain_set_deafmute(here.handle(), false, false, DDS_INFINITY), DDS_RETCODE_OK);
-  ASSERT_TRUE(until([&] { return service->heard.requests.size() == 2; }));
-  EXPECT_EQ(service->heard.requests.back().call, sent.call);
+  ASSERT_TRUE(until([&] { return service->received.requests.size() == 2; }));
+  EXPECT_EQ(service->received.requests.back().call, sent.call);
 }
 
 }  // namespace

@@ -26,12 +26,12 @@ TEST_F(Endpoints, CarryACallAndItsAnswer) {
   EXPECT_EQ(gateway.ready.begin()->second, service->end.identity());
 
   const Request sent = deliver(*sut, *service, 1);
-  const Request& heard = service->heard.requests.front();
-  EXPECT_EQ(heard.call, sent.call);
-  EXPECT_EQ(heard.text, "4");
-  EXPECT_EQ(heard.assigned, service->end.identity().id);
+  const Request& delivered = service->received.requests.front();
+  EXPECT_EQ(delivered.call, sent.call);
+  EXPECT_EQ(delivered.text, "4");
+  EXPECT_EQ(delivered.assigned, service->end.identity().id);
 
-  ASSERT_TRUE(service->end.publish(reply(heard)));
+  ASSERT_TRUE(service->end.publish(reply(delivered)));
   ASSERT_TRUE(until([&] { return !gateway.replies.empty(); }));
   EXPECT_EQ(gateway.replies.front().text, "2.000000");
   EXPECT_EQ(gateway.replies.front().call, sent.call);
@@ -46,11 +46,11 @@ TEST_F(Endpoints, CarryCallsThatAreDispatchedTogether) {
     const ChannelKey key{.machine = "cnc", .channel = channel};
     ASSERT_TRUE(sut->publish(request(channel, service->end.identity(), key)));
   }
-  ASSERT_TRUE(until([&] { return service->heard.requests.size() == calls; }));
+  ASSERT_TRUE(until([&] { return service->received.requests.size() == calls; }));
   const ChannelKey last{.machine = "cnc", .channel = calls};
   ASSERT_TRUE(sut->publish(request(calls + 1, service->end.identity())));
   sut->withdraw({last, 7, service->end.identity().id});
-  EXPECT_TRUE(until([&] { return !service->heard.withdrawn.empty(); }));
+  EXPECT_TRUE(until([&] { return !service->received.withdrawn.empty(); }));
 }
 
 /// Records the status of a channel at each change, with `calls` in place of a time.
@@ -125,8 +125,8 @@ TEST_F(Endpoints, NeverLoseTheReplyOfFreshEndpoints) {
     const auto service = start(identity());
     ASSERT_TRUE(until_ready(service->end.identity()));
     ASSERT_TRUE(sut->publish(request(1, service->end.identity())));
-    ASSERT_TRUE(until([&] { return service->heard.requests.size() == 1; }));
-    ASSERT_TRUE(service->end.publish(reply(service->heard.requests.front())));
+    ASSERT_TRUE(until([&] { return service->received.requests.size() == 1; }));
+    ASSERT_TRUE(service->end.publish(reply(service->received.requests.front())));
     ASSERT_TRUE(until([&] { return gateway.replies.size() == 1; }));
     gateway = {};
   }
@@ -139,10 +139,10 @@ TEST_F(Endpoints, KeepTwoServicesApart) {
   ASSERT_TRUE(until_ready(service->end.identity()));
   ASSERT_TRUE(until_ready(other->end.identity()));
   ASSERT_TRUE(sut->publish(request(1, service->end.identity())));
-  ASSERT_TRUE(until_heard(*sut, *service, 2));
-  ASSERT_TRUE(until_heard(*sut, *other, 3));
-  EXPECT_EQ(service->heard.requests.size(), 2U);
-  EXPECT_EQ(other->heard.requests.size(), 1U);
+  ASSERT_TRUE(until_probe_arrives(*sut, *service, 2));
+  ASSERT_TRUE(until_probe_arrives(*sut, *other, 3));
+  EXPECT_EQ(service->received.requests.size(), 2U);
+  EXPECT_EQ(other->received.requests.size(), 1U);
 }
 
 TEST_F(Endpoints, NotifyARunningServiceOfAWithdrawal) {
@@ -151,8 +151,8 @@ TEST_F(Endpoints, NotifyARunningServiceOfAWithdrawal) {
   const Request sent = deliver(*sut, *service, 1);
 
   sut->withdraw(key_of(sent));
-  ASSERT_TRUE(until([&] { return !service->heard.withdrawn.empty(); }));
-  EXPECT_THAT(service->heard.withdrawn, ElementsAre(key_of(sent)));
+  ASSERT_TRUE(until([&] { return !service->received.withdrawn.empty(); }));
+  EXPECT_THAT(service->received.withdrawn, ElementsAre(key_of(sent)));
 }
 
 TEST_F(Endpoints, DoNotRunAWithdrawnCallThatWasNotReadYet) {
@@ -165,8 +165,8 @@ TEST_F(Endpoints, DoNotRunAWithdrawnCallThatWasNotReadYet) {
   const Request sent = request(1, service.end.identity());
   ASSERT_TRUE(sut->publish(sent));
   sut->withdraw(key_of(sent));
-  EXPECT_TRUE(run_until(asleep, [&] { return !service.heard.withdrawn.empty(); }));
-  EXPECT_THAT(service.heard.requests, IsEmpty());
+  EXPECT_TRUE(run_until(asleep, [&] { return !service.received.withdrawn.empty(); }));
+  EXPECT_THAT(service.received.requests, IsEmpty());
 }
 
 /// A participant that is not part of the call disposes and unregisters its key.
@@ -193,10 +193,11 @@ TEST_F(AStrangerBesideEndpoints, WithdrawsNoRequestThatItsInstanceHasNotReadYet)
   const Request sent = request(1, service.end.identity());
   ASSERT_TRUE(sut->publish(sent));
   dispose(sent);
-  EXPECT_TRUE(run_until(
-      asleep, [&] { return !service.heard.requests.empty() || !service.heard.withdrawn.empty(); }));
-  EXPECT_THAT(service.heard.requests, SizeIs(1));
-  EXPECT_THAT(service.heard.withdrawn, IsEmpty());
+  EXPECT_TRUE(run_until(asleep, [&] {
+    return !service.received.requests.empty() || !service.received.withdrawn.empty();
+  }));
+  EXPECT_THAT(service.received.requests, SizeIs(1));
+  EXPECT_THAT(service.received.withdrawn, IsEmpty());
 }
 
 TEST_F(AStrangerBesideEndpoints, WithdrawsARequestInItsOwnNameOnly) {
@@ -205,8 +206,8 @@ TEST_F(AStrangerBesideEndpoints, WithdrawsARequestInItsOwnNameOnly) {
   const Request sent = deliver(*sut, *service, 1);
   dispose(sent);
   ASSERT_TRUE(stranger->write(withdrawal_of(key_of(sent))));
-  ASSERT_TRUE(until([&] { return !service->heard.withdrawn.empty(); }));
-  EXPECT_NE(service->heard.withdrawn_by.front(), service->heard.requests.front().requester);
+  ASSERT_TRUE(until([&] { return !service->received.withdrawn.empty(); }));
+  EXPECT_NE(service->received.withdrawn_by.front(), service->received.requests.front().requester);
 }
 
 TEST_F(AStrangerBesideEndpoints, HidesNoWithdrawal) {
@@ -215,8 +216,8 @@ TEST_F(AStrangerBesideEndpoints, HidesNoWithdrawal) {
   const Request sent = deliver(*sut, *service, 1);
   dispose(sent);
   sut->withdraw(key_of(sent));
-  EXPECT_TRUE(until([&] { return !service->heard.withdrawn.empty(); }));
-  EXPECT_THAT(service->heard.withdrawn, ElementsAre(key_of(sent)));
+  EXPECT_TRUE(until([&] { return !service->received.withdrawn.empty(); }));
+  EXPECT_THAT(service->received.withdrawn, ElementsAre(key_of(sent)));
 }
 
 TEST_F(AStrangerBesideEndpoints, RequestsALimitedNumberOfChannels) {
@@ -228,10 +229,11 @@ TEST_F(AStrangerBesideEndpoints, RequestsALimitedNumberOfChannels) {
   for (std::uint16_t channel = 1; channel <= most + 64; ++channel) {
     ASSERT_TRUE(stranger->write(request(1, who, {.machine = "cnc", .channel = channel})));
   }
-  ASSERT_TRUE(until(
-      [&] { return service->heard.requests.size() >= most && !service->heard.ignored.empty(); }));
-  EXPECT_THAT(service->heard.requests, SizeIs(most));
-  EXPECT_THAT(service->heard.ignored,
+  ASSERT_TRUE(until([&] {
+    return service->received.requests.size() >= most && !service->received.ignored.empty();
+  }));
+  EXPECT_THAT(service->received.requests, SizeIs(most));
+  EXPECT_THAT(service->received.ignored,
               ElementsAre(HasSubstr("writes more than 4096 DDS instances on millrace/v5/request")));
 }
 
@@ -252,25 +254,25 @@ class RepliesAtOnce : public endpoints::ReplyEndpointListener {
 TEST_F(Endpoints, PassACallAndItsWithdrawalToAServiceThatReceivesDirectly) {
   const auto sut = open_gateway();
   const InstanceIdentity who = identity();
-  RepliesAtOnce heard;
-  endpoints::ReplyEndpoint end(there, context.get_executor(), who, heard, directly);
-  heard.end = &end;
+  RepliesAtOnce listener;
+  endpoints::ReplyEndpoint end(there, context.get_executor(), who, listener, directly);
+  listener.end = &end;
   ASSERT_TRUE(until_ready(who));
   for (std::uint64_t number = 1; number <= 100; ++number) {
     ASSERT_TRUE(sut->publish(request(number, who)));
     ASSERT_TRUE(until([&] { return gateway.replies.size() == number; })) << number;
   }
   sut->withdraw(key_of(request(100, who)));
-  EXPECT_TRUE(until([&] { return heard.withdrawn > 0; }));
+  EXPECT_TRUE(until([&] { return listener.withdrawn > 0; }));
 }
 
 // The executor sends the last replies of such a burst.
 TEST_F(Endpoints, CarryTheRepliesToRequestsThatComeTogether) {
   const auto sut = open_gateway();
   const InstanceIdentity who = identity();
-  RepliesAtOnce heard;
-  endpoints::ReplyEndpoint end(there, context.get_executor(), who, heard, directly);
-  heard.end = &end;
+  RepliesAtOnce listener;
+  endpoints::ReplyEndpoint end(there, context.get_executor(), who, listener, directly);
+  listener.end = &end;
   ASSERT_TRUE(until_ready(who));
   constexpr std::size_t most = 100;
   for (std::size_t burst = 1; burst <= most; ++burst) {
@@ -288,10 +290,10 @@ TEST_F(Endpoints, LetAServiceThatReceivesDirectlyLeaveWhileRequestsArrive) {
   const auto sut = open_gateway();
   for (std::uint64_t round = 0; round < 20; ++round) {
     const InstanceIdentity who = identity();
-    RepliesAtOnce heard;
-    auto end = std::make_unique<endpoints::ReplyEndpoint>(there, context.get_executor(), who, heard,
-                                                          directly);
-    heard.end = end.get();
+    RepliesAtOnce listener;
+    auto end = std::make_unique<endpoints::ReplyEndpoint>(there, context.get_executor(), who,
+                                                          listener, directly);
+    listener.end = end.get();
     ASSERT_TRUE(until_ready(who));
     for (std::uint64_t number = 1; number <= 50; ++number) {
       ASSERT_TRUE(sut->publish(request(100 * round + number, who)));
@@ -308,7 +310,8 @@ TEST_F(Endpoints, LetAChannelCallAgainAfterAWithdrawal) {
     const Request sent = request(number, service->end.identity());
     ASSERT_TRUE(sut->publish(sent));
     ASSERT_TRUE(until([&] {
-      return !service->heard.requests.empty() && service->heard.requests.back().call == sent.call;
+      return !service->received.requests.empty() &&
+             service->received.requests.back().call == sent.call;
     }));
     sut->withdraw(key_of(sent));
   }
@@ -324,9 +327,9 @@ TEST_F(Endpoints, KeepNoMemoryOfWithdrawnRequests) {
       const Request sent = request(++number, service->end.identity());
       ASSERT_TRUE(sut->publish(sent));
       sut->withdraw(key_of(sent));
-      ASSERT_TRUE(until([&] { return !service->heard.withdrawn.empty(); }));
-      service->heard.requests.clear();
-      service->heard.withdrawn.clear();
+      ASSERT_TRUE(until([&] { return !service->received.withdrawn.empty(); }));
+      service->received.requests.clear();
+      service->received.withdrawn.clear();
     }
   };
   withdraw_requests(500);

@@ -169,8 +169,8 @@ TEST_F(AForeignReply, InTheNameOfAnotherInstanceIsDroppedAndReportedOnce) {
 }
 
 TEST_F(AForeignReply, OfAProcessThatPretendsToBeTheInstanceIsDropped) {
-  RecordingInstance heard;
-  const endpoints::ReplyEndpoint service(here, context.get_executor(), honest(), heard);
+  RecordingInstance listener;
+  const endpoints::ReplyEndpoint service(here, context.get_executor(), honest(), listener);
   const InstanceId instance = service.identity().id;
   ASSERT_TRUE(until([&] { return gateway.ready.contains(instance); }));
   RawWriter stranger(there, registry::format_instance(instance));
@@ -202,8 +202,8 @@ TEST_F(AForeignReply, OrOneOfAnInstanceThatHasLeftIsAccepted) {
   boost::asio::io_context asleep;
   const endpoints::CallEndpoint late(here, asleep.get_executor(), late_gateway);
   {
-    RecordingInstance heard;
-    endpoints::ReplyEndpoint service(here, context.get_executor(), who, heard);
+    RecordingInstance listener;
+    endpoints::ReplyEndpoint service(here, context.get_executor(), who, listener);
     ASSERT_TRUE(until([&] { return gateway.ready.contains(who.id); }));
     ASSERT_TRUE(service.publish(reply(who.id, 1)));
     ASSERT_TRUE(until_replies(1));

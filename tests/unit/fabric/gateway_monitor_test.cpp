@@ -20,7 +20,7 @@ namespace {
 using namespace std::chrono_literals;
 using tests::run_until;
 
-struct HeardMachines final : endpoints::GatewayMonitorListener {
+struct RecordedMachines final : endpoints::GatewayMonitorListener {
   void on_machine(const MachineStatus& status) override {
     machines.insert(status.machine);
     last = status;
@@ -55,15 +55,15 @@ class AMonitoredGateway : public testing::Test {
 
   bool until(const std::function<bool()>& done) { return run_until(context, done); }
   bool until_known() {
-    return until([&] { return heard.machines.contains("cnc"); });
+    return until([&] { return received.machines.contains("cnc"); });
   }
 
   TwoProcesses processes;
   boost::asio::io_context context;
   dds::Participant here{processes.here()};
   dds::Participant there;
-  HeardMachines heard;
-  endpoints::GatewayMonitor monitor{here, context.get_executor(), heard};
+  RecordedMachines received;
+  endpoints::GatewayMonitor monitor{here, context.get_executor(), received};
   RecordingGateway unused;
   endpoints::CallEndpoint sut{there, context.get_executor(), unused};
   MachineStatus status{
@@ -91,7 +91,7 @@ TEST_F(AMonitoredGateway, IsPresentAsLongAsItAssertsItsLiveliness) {
   const auto later = std::chrono::steady_clock::now() + 4 * lease;
   ASSERT_TRUE(until([&] {
     sut.assert_machines();
-    EXPECT_TRUE(heard.machines.contains("cnc"));
+    EXPECT_TRUE(received.machines.contains("cnc"));
     return testing::Test::HasFailure() || std::chrono::steady_clock::now() > later;
   }));
 }
@@ -100,7 +100,7 @@ TEST_F(AMonitoredGateway, IsPresentAsLongAsItAssertsItsLiveliness) {
 TEST_F(AMonitoredGateway, IsGoneWithoutItsLivelinessAlthoughItsProcessRuns) {
   ASSERT_TRUE(sut.publish(status));
   ASSERT_TRUE(until_known());
-  EXPECT_TRUE(until([&] { return heard.machines.empty(); }));
+  EXPECT_TRUE(until([&] { return received.machines.empty(); }));
 }
 
 TEST_F(AMonitoredGateway, IsSilentWhileDdsKnowsItsProcessAndThenGone) {
@@ -108,12 +108,12 @@ TEST_F(AMonitoredGateway, IsSilentWhileDdsKnowsItsProcessAndThenGone) {
   std::optional<endpoints::CallEndpoint> gateway(std::in_place, *process, context.get_executor(),
                                                  unused);
   ASSERT_TRUE(gateway->publish(status));
-  ASSERT_TRUE(until([&] { return !heard.absences.empty(); }));
-  EXPECT_THAT(heard.absences, testing::ElementsAre(endpoints::Absence::silent));
+  ASSERT_TRUE(until([&] { return !received.absences.empty(); }));
+  EXPECT_THAT(received.absences, testing::ElementsAre(endpoints::Absence::silent));
   gateway.reset();
   process.reset();
-  ASSERT_TRUE(until([&] { return heard.absences.size() > 1; }));
-  EXPECT_THAT(heard.absences,
+  ASSERT_TRUE(until([&] { return received.absences.size() > 1; }));
+  EXPECT_THAT(received.absences,
               testing::ElementsAre(endpoints::Absence::silent, endpoints::Absence::gone));
 }
 
@@ -125,16 +125,16 @@ TEST_F(AMonitoredGateway, HasEndedWhenItsProcessLeavesInOrder) {
   ASSERT_TRUE(until_known());
   gateway.reset();
   process.reset();
-  ASSERT_TRUE(until([&] { return !heard.absences.empty(); }));
-  EXPECT_THAT(heard.absences, testing::ElementsAre(endpoints::Absence::ended));
+  ASSERT_TRUE(until([&] { return !received.absences.empty(); }));
+  EXPECT_THAT(received.absences, testing::ElementsAre(endpoints::Absence::ended));
 }
 
 TEST_F(AMonitoredGateway, IsNeitherSilentNorGoneWhenItReleasesItsMachine) {
   ASSERT_TRUE(sut.publish(status));
   ASSERT_TRUE(until_known());
   sut.unregister(status);
-  ASSERT_TRUE(until([&] { return !heard.absences.empty(); }));
-  EXPECT_THAT(heard.absences, testing::ElementsAre(endpoints::Absence::ended));
+  ASSERT_TRUE(until([&] { return !received.absences.empty(); }));
+  EXPECT_THAT(received.absences, testing::ElementsAre(endpoints::Absence::ended));
 }
 
 TEST_F(AMonitoredGateway, SaysThatItsMachineWasRemoved) {
@@ -143,14 +143,14 @@ TEST_F(AMonitoredGateway, SaysThatItsMachineWasRemoved) {
   MachineStatus last = status;
   last.reason = base::messages::machine_removed();
   sut.unregister(last);
-  ASSERT_TRUE(until([&] { return !heard.absences.empty(); }));
-  EXPECT_THAT(heard.absences, testing::ElementsAre(endpoints::Absence::removed));
+  ASSERT_TRUE(until([&] { return !received.absences.empty(); }));
+  EXPECT_THAT(received.absences, testing::ElementsAre(endpoints::Absence::removed));
 }
 
 TEST_F(AMonitoredGateway, IsPresentAgainWhenItRepublishesItsMachines) {
   ASSERT_TRUE(sut.publish(status));
   ASSERT_TRUE(until_known());
-  ASSERT_TRUE(until([&] { return heard.machines.empty(); }));
+  ASSERT_TRUE(until([&] { return received.machines.empty(); }));
   ASSERT_TRUE(sut.publish(status));
   EXPECT_TRUE(until_known());
 }
@@ -218,8 +218,8 @@ TEST_F(AMonitoredGatewayWithChannels, LeavesThemToAnotherOneThatHasPublishedThem
 TEST_F(AMonitoredGateway, IsSoonGoneForALateReaderToo) {
   ASSERT_TRUE(sut.publish(status));
   ASSERT_TRUE(until_known());
-  ASSERT_TRUE(until([&] { return heard.machines.empty(); }));
-  HeardMachines later;
+  ASSERT_TRUE(until([&] { return received.machines.empty(); }));
+  RecordedMachines later;
   const endpoints::GatewayMonitor other(here, context.get_executor(), later);
   bool known = false;
   EXPECT_TRUE(until([&] {
@@ -238,7 +238,7 @@ TEST_F(AMonitoredGatewayWithAStranger,
     stranger.withdraw(status);
     const auto later = std::chrono::steady_clock::now() + 20ms;
     ASSERT_TRUE(until([&] {
-      EXPECT_TRUE(heard.machines.contains("cnc"));
+      EXPECT_TRUE(received.machines.contains("cnc"));
       return HasFailure() || std::chrono::steady_clock::now() > later;
     }));
   }
@@ -251,16 +251,16 @@ TEST_F(AMonitoredGatewayWithAStranger, IsNotChangedByTheStranger) {
   ASSERT_TRUE(stranger.write(forged));
   ASSERT_TRUE(until([&] {
     sut.assert_machines();
-    return !heard.ignored.empty();
+    return !received.ignored.empty();
   }));
-  EXPECT_THAT(heard.ignored.front(),
+  EXPECT_THAT(received.ignored.front(),
               testing::HasSubstr("publishes the state of gateway " + status.gateway.to_string()));
-  EXPECT_TRUE(heard.last.claims.empty());
+  EXPECT_TRUE(received.last.claims.empty());
 }
 
 TEST_F(AMonitoredGatewayWithAStranger, IsGoneWhenItIsGoneAlthoughTheStrangerHasDisposedItsKey) {
   stranger.withdraw(status);
-  EXPECT_TRUE(until([&] { return heard.machines.empty(); }));
+  EXPECT_TRUE(until([&] { return received.machines.empty(); }));
 }
 
 TEST_F(AMonitoredGatewayWithAStranger, IsGoneWhenItReleasesTheMachine) {
@@ -269,7 +269,7 @@ TEST_F(AMonitoredGatewayWithAStranger, IsGoneWhenItReleasesTheMachine) {
   const auto soon = std::chrono::steady_clock::now() + long_lease / 2;
   EXPECT_TRUE(until([&] {
     sut.assert_machines();
-    return heard.machines.empty();
+    return received.machines.empty();
   }));
   EXPECT_LT(std::chrono::steady_clock::now(), soon);
 }

@@ -82,11 +82,11 @@ class AReader : public testing::Test {
     boost::asio::io_context context;
     ASSERT_TRUE(tests::run_until(context, [&] {
       for (const Taken<Reply>& taken : sut.take()) {
-        heard += taken.valid ? 1 : 0;
+        samples += taken.valid ? 1 : 0;
       }
       flood = flood ? flood : sut.take_flooding();
       return done();
-    })) << heard;
+    })) << samples;
   }
 
   [[nodiscard]] std::string name_of_there() const {
@@ -101,7 +101,7 @@ class AReader : public testing::Test {
   dds::Participant there{processes.there()};
   Reader<Reply> sut{here, "millrace/*", Keep::all};
   Writer<Reply> stranger{there, "millrace/weather"};
-  std::size_t heard = 0;
+  std::size_t samples = 0;
   std::optional<std::string> flood;
 };
 
@@ -110,8 +110,8 @@ TEST_F(AReader, AcceptsNoMoreKeysOfAWriterThanItsTopicAllowsAndNamesTheWriter) {
   for (std::size_t key = 1; key <= most + 64; ++key) {
     ASSERT_TRUE(stranger.write(reply(key)));
   }
-  take_until([&] { return heard >= most && flood; });
-  EXPECT_EQ(heard, most);
+  take_until([&] { return samples >= most && flood; });
+  EXPECT_EQ(samples, most);
   ASSERT_TRUE(flood.has_value());
   EXPECT_THAT(*flood,
               testing::MatchesRegex("participant [0-9a-f:]+ writes more than 8192 DDS instances "
@@ -154,7 +154,7 @@ TEST_F(AReader, AcceptsAWriterWithoutEndThatUnregistersItsOldKeys) {
     ASSERT_TRUE(stranger.write(reply(key)));
     stranger.unregister(reply(key));
     if (key % 64 == 0) {
-      ASSERT_NO_FATAL_FAILURE(take_until([&] { return heard >= key; }));
+      ASSERT_NO_FATAL_FAILURE(take_until([&] { return samples >= key; }));
     }
   }
   EXPECT_EQ(flood, std::nullopt);

@@ -79,26 +79,26 @@ TEST_F(HeartbeatsTest, ContainInstancesWithCallsEachTime) {
 
 TEST_F(HeartbeatsTest, ContainTheOthersInTurn) {
   quiet(40);
-  std::set<int> told;
+  std::set<int> instances;
   for (int heartbeat = 0; heartbeat < 3; ++heartbeat) {
     const auto named = next();
     EXPECT_THAT(named, SizeIs(Heartbeats::in_turn));
-    told.insert(named.begin(), named.end());
+    instances.insert(named.begin(), named.end());
   }
-  EXPECT_THAT(told, SizeIs(40));
+  EXPECT_THAT(instances, SizeIs(40));
 }
 
 TEST_F(HeartbeatsTest, NeverContainMoreThanFits) {
   for (std::uint8_t number = 1; number <= 200; ++number) {
     sut.note(busy(number));
   }
-  std::set<int> told;
+  std::set<int> instances;
   for (int heartbeat = 0; heartbeat < 4; ++heartbeat) {
     const auto named = next();
     EXPECT_THAT(named, SizeIs(Heartbeats::most_loads));
-    told.insert(named.begin(), named.end());
+    instances.insert(named.begin(), named.end());
   }
-  EXPECT_THAT(told, SizeIs(200));
+  EXPECT_THAT(instances, SizeIs(200));
 }
 
 TEST_F(HeartbeatsTest, ContainNothingOfAForgottenInstance) {
@@ -137,8 +137,8 @@ class Liveness : public testing::Test {
   InstanceIdentity who{
       .id = InstanceId::random(), .uuid = "weather", .name = "weather", .lease = 500ms};
   InstanceId member = InstanceId::random();
-  RecordingInstance heard;
-  endpoints::ReplyEndpoint end{there, context.get_executor(), who, heard};
+  RecordingInstance listener;
+  endpoints::ReplyEndpoint end{there, context.get_executor(), who, listener};
   endpoints::HeartbeatEndpoint heartbeats{there, member};
   boost::asio::steady_timer timer{context};
   LoadGateway gateway;
@@ -158,16 +158,16 @@ TEST_F(Liveness, IsLostWithinItsLeaseByAProcessThatFallsSilentAndFoundAtItsNextH
 TEST_F(Liveness, IsNotLostByHeartbeatsThatKeepComing) {
   ASSERT_TRUE(until([&] { return gateway.ready.contains(who.id); }));
   using Clock = std::chrono::steady_clock;
-  std::size_t heartbeats_heard = gateway.loads.size();
+  std::size_t heartbeats_received = gateway.loads.size();
   auto last = Clock::now();
   auto since = last;
   int lost_before = 0;
   // On a busy host a heartbeat may be heard too late: then the time counts from there.
-  const auto heard_in_time_for_four_leases = [&] {
-    if (gateway.loads.size() == heartbeats_heard) {
+  const auto received_in_time_for_four_leases = [&] {
+    if (gateway.loads.size() == heartbeats_received) {
       return false;
     }
-    heartbeats_heard = gateway.loads.size();
+    heartbeats_received = gateway.loads.size();
     const auto before = std::exchange(last, Clock::now());
     if (last - before > who.lease * 3 / 4) {
       since = last;
@@ -175,7 +175,7 @@ TEST_F(Liveness, IsNotLostByHeartbeatsThatKeepComing) {
     }
     return last - since > 4 * who.lease;
   };
-  ASSERT_TRUE(run_until(context, heard_in_time_for_four_leases, 60s));
+  ASSERT_TRUE(run_until(context, received_in_time_for_four_leases, 60s));
   EXPECT_EQ(gateway.gone, lost_before);
 }
 

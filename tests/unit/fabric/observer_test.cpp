@@ -138,7 +138,7 @@ TEST_F(AnObserver, AcceptsAReplyFromTheAssignedInstanceOnly) {
   Request again = request(17, other->end.identity());
   again.attempt = 2;
   ASSERT_TRUE(call_endpoint->publish(again));
-  ASSERT_TRUE(until([&] { return other->heard.requests.size() == 1; }));
+  ASSERT_TRUE(until([&] { return other->received.requests.size() == 1; }));
   ASSERT_TRUE(other->end.publish(uncalled));
   EXPECT_TRUE(until([&] { return count<Reply>() == 1; }));
 }

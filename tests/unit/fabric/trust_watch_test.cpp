@@ -33,13 +33,13 @@ class ATrustWatch : public testing::Test {
                                        const std::lock_guard guard(lock);
                                        return std::chrono::nanoseconds(slept);
                                      },
-                                 .log = [this](std::string text) { say(std::move(text)); }}};
+                                 .log = [this](std::string text) { add_line(std::move(text)); }}};
   }
-  void say(std::string text) {
+  void add_line(std::string text) {
     const std::lock_guard guard(lock);
     lines.push_back(std::move(text));
   }
-  bool until_said() {
+  bool until_reported() {
     tests::await("a report", [this] {
       const std::lock_guard guard(lock);
       return !lines.empty();
@@ -60,10 +60,10 @@ class ATrustWatch : public testing::Test {
 
 TEST_F(ATrustWatch, AsksForANewParticipantOnlyWhenThisOneIsOldEnough) {
   trust.least_age = 3s;
-  trust.needs_new_participant = [this](const std::string& reason) { say(reason); };
+  trust.needs_new_participant = [this](const std::string& reason) { add_line(reason); };
   const auto begin = Clock::now();
   const TrustWatch sut = watch();
-  ASSERT_TRUE(until_said());
+  ASSERT_TRUE(until_reported());
   EXPECT_GE(Clock::now() - begin, trust.least_age);
   const std::lock_guard guard(lock);
   EXPECT_GT(checks, 1);
@@ -73,7 +73,7 @@ TEST_F(ATrustWatch, AsksForANewParticipantOnlyWhenThisOneIsOldEnough) {
 TEST_F(ATrustWatch, ReportsOnceWhatAProcessOfSomebodyElseNeeds) {
   trust.least_age = 0s;
   const TrustWatch sut = watch();
-  ASSERT_TRUE(until_said());
+  ASSERT_TRUE(until_reported());
   tests::await("further checks", [this] {
     const std::lock_guard guard(lock);
     return checks > 3;
@@ -84,7 +84,7 @@ TEST_F(ATrustWatch, ReportsOnceWhatAProcessOfSomebodyElseNeeds) {
 }
 
 TEST_F(ATrustWatch, AsksForANewParticipantOnceTheHostHasSleptLongerThanItsLease) {
-  trust.needs_new_participant = [this](const std::string& reason) { say(reason); };
+  trust.needs_new_participant = [this](const std::string& reason) { add_line(reason); };
   lost.reset();
   slept = 1000s;
   const TrustWatch sut = watch();

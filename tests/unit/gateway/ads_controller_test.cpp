@@ -96,7 +96,7 @@ class AdsControllerTest : public testing::Test, public machines::ControllerEvent
   }
   void on_notification(const fabric::ChannelKey& key, Variable variable,
                        std::optional<std::uint32_t> value) override {
-    told.emplace_back(key.channel, variable, value);
+    notifications.emplace_back(key.channel, variable, value);
   }
   void on_answer(const std::string&, const machines::Answer& answer) override {
     answers.push_back(answer);
@@ -149,7 +149,7 @@ class AdsControllerTest : public testing::Test, public machines::ControllerEvent
   std::vector<machines::SubscribeOutcome> watched;
   std::vector<machines::Answer> answers;
   std::vector<queues::StepAnswer> queue_answers;
-  std::vector<std::tuple<std::uint16_t, Variable, std::optional<std::uint32_t>>> told;
+  std::vector<std::tuple<std::uint16_t, Variable, std::optional<std::uint32_t>>> notifications;
 };
 
 TEST_F(AdsControllerTest, FindsTheChannelsOfItsController) {

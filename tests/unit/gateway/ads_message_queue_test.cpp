@@ -210,11 +210,11 @@ TEST_F(AdsMessageQueueTest, IsNotifiedOfChanges) {
   serve({array("QUEUE", ElementType::text(127), 3),
          structure("CONTROL", ElementType::number(Type::sgn32))});
   ASSERT_TRUE(read_control());
-  int told = 0;
-  EXPECT_TRUE(tests::wait_for(io, sut->watch([&] { ++told; })));
-  ASSERT_TRUE(tests::run_until(io, [&] { return told >= 1; }));
+  int notifications = 0;
+  EXPECT_TRUE(tests::wait_for(io, sut->watch([&] { ++notifications; })));
+  ASSERT_TRUE(tests::run_until(io, [&] { return notifications >= 1; }));
   ASSERT_TRUE(machine->system_data().assign("SD.CONTROL.LastFilled", 2.0));
-  EXPECT_TRUE(tests::run_until(io, [&] { return told >= 2; }));
+  EXPECT_TRUE(tests::run_until(io, [&] { return notifications >= 2; }));
 }
 
 }  // namespace

@@ -39,7 +39,7 @@ TEST_F(ChannelAnswer, IsLoggedWithTheTimeItTookHoweverTheWallClockIsSet) {
   fixture.wait(50ms);
   fixture.now.wall -= 8h;
   reply(fixture.reply("1.414", 1));
-  EXPECT_THAT(fixture.said.back(), EndsWith("answered with state 1 after 60.0 ms"));
+  EXPECT_THAT(fixture.log_lines.back(), EndsWith("answered with state 1 after 60.0 ms"));
 }
 
 TEST_F(ChannelAnswer, IsLoggedWithTheTimeOfEachHopIfTheServiceReportsTimes) {
@@ -51,7 +51,7 @@ TEST_F(ChannelAnswer, IsLoggedWithTheTimeOfEachHopIfTheServiceReportsTimes) {
   fixture.wait(4ms);
   reply(answer);
   EXPECT_THAT(
-      fixture.said,
+      fixture.log_lines,
       Contains(EndsWith("11.00 ms until the service had it, 0.50 ms in its queue, 2.00 ms of "
                         "work, 0.50 ms back")));
 }
@@ -63,7 +63,7 @@ TEST_F(ChannelAnswer, OfAResumedCallIsLoggedWithItsAge) {
   fixture.link_up();
   fixture.wait(0ms);
   reply(fixture.reply("1.414", 1));
-  EXPECT_THAT(fixture.said.back(), EndsWith("answered with state 1 after 1010.0 ms"));
+  EXPECT_THAT(fixture.log_lines.back(), EndsWith("answered with state 1 after 1010.0 ms"));
 }
 
 TEST_F(ChannelAnswer, OfACallFromBeforeTheWallClockWasSetBackIsLoggedWithoutATime) {
@@ -73,7 +73,7 @@ TEST_F(ChannelAnswer, OfACallFromBeforeTheWallClockWasSetBackIsLoggedWithoutATim
   fixture.link_up();
   fixture.wait(0ms);
   reply(fixture.reply("1.414", 1));
-  EXPECT_THAT(fixture.said.back(), EndsWith("answered with state 1"));
+  EXPECT_THAT(fixture.log_lines.back(), EndsWith("answered with state 1"));
 }
 
 // Another client has requested the instance with the id of our call.
@@ -83,7 +83,8 @@ TEST_F(ChannelAnswer, ToAnotherRequestOfTheSameIdIsDroppedAndLogged) {
   other.asked_text = "9";
   reply(other);
   EXPECT_EQ(sut().status().answered, 0U);
-  EXPECT_THAT(fixture.said.back(), HasSubstr("replies to another request with the same call id"));
+  EXPECT_THAT(fixture.log_lines.back(),
+              HasSubstr("replies to another request with the same call id"));
   other = fixture.reply("3.000", 1);
   other.asked_state += 1;
   reply(other);
@@ -188,23 +189,23 @@ TEST_F(ChannelAnswer, OfAnInstanceWithoutTheCallIsDropped) {
   fixture.dispatched_call();
   reply(fixture.reply("1.414", 1, 9));
   EXPECT_THAT(fixture.writes, IsEmpty());
-  EXPECT_THAT(fixture.said.back(), HasSubstr("was not dispatched to it"));
+  EXPECT_THAT(fixture.log_lines.back(), HasSubstr("was not dispatched to it"));
 }
 
 TEST_F(ChannelAnswer, OfAnInstanceWithoutTheCallIsRarelyLogged) {
   fixture.dispatched_call();
-  const auto said = [&] {
-    return std::ranges::count_if(fixture.said, [](const std::string& text) {
+  const auto times_logged = [&] {
+    return std::ranges::count_if(fixture.log_lines, [](const std::string& text) {
       return text.find("was not dispatched to it") != std::string::npos;
     });
   };
   for (int i = 0; i < 100; ++i) {
     reply(fixture.reply("1.414", 1, 9));
   }
-  EXPECT_EQ(said(), 1);
+  EXPECT_EQ(times_logged(), 1);
   fixture.now.steady += 1min;
   reply(fixture.reply("1.414", 1, 9));
-  EXPECT_EQ(said(), 2);
+  EXPECT_EQ(times_logged(), 2);
 }
 
 TEST_F(ChannelAnswer, ThatIsLateIsReportedOnceForEachInstance) {
@@ -449,7 +450,7 @@ TEST_F(ChannelAnswer, IsNotPrecededByAnInterimOneIfTheProgramWaitsForTheText) {
   fixture.dispatched_call();
   reply(fixture.interim("half way", 50));
   EXPECT_THAT(fixture.writes, IsEmpty());
-  EXPECT_THAT(fixture.said.back(), HasSubstr("would release the NC program"));
+  EXPECT_THAT(fixture.log_lines.back(), HasSubstr("would release the NC program"));
 }
 
 TEST_F(ChannelAnswer, OfState0IsCompletedByARestartedGateway) {

@@ -232,7 +232,7 @@ class ChannelFixture final : public ServiceAccess, public CallTopics, public Rec
   std::vector<fabric::CallId> declined;
   std::vector<fabric::Event> events;
   std::vector<fabric::ChannelState> states;
-  std::vector<std::string> said;
+  std::vector<std::string> log_lines;
   std::vector<std::string> write_problems;
   std::vector<Unconfirmed> unconfirmed;
   std::uint64_t calls = 0;
@@ -336,7 +336,7 @@ class ChannelFixture final : public ServiceAccess, public CallTopics, public Rec
   void dispose(const fabric::ChannelKey&) override {}
   void on_over(const fabric::ChannelKey&) override {}
   void log(Level, const std::string& text) override {
-    todo_.emplace_back([this, text] { said.push_back(text); });
+    todo_.emplace_back([this, text] { log_lines.push_back(text); });
   }
   void set_alarm(const fabric::AlarmKey&, const fabric::Message& text,
                  const fabric::Message&) override {

@@ -347,7 +347,7 @@ TEST_F(Visibility, ChannelsShareWhatIsKnownOfAController) {
     EXPECT_THAT(fixture->writes, testing::Contains("RESPONSE_STATE=1"));
     fixture->writes.clear();
   }
-  EXPECT_THAT(fixture->said,
+  EXPECT_THAT(fixture->log_lines,
               testing::Contains(HasSubstr("only after RESPONSE_STATE is written")).Times(1));
 }
 
@@ -427,7 +427,7 @@ TEST_F(Visibility, AWriteWithoutEffectIsReportedAndLeadsToNoSecondCall) {
   reply(fixture->reply("1.414", 1));
   EXPECT_THAT(fixture->writes, IsEmpty());
   fixture->wait(1100ms);
-  EXPECT_THAT(fixture->said,
+  EXPECT_THAT(fixture->log_lines,
               testing::Contains(HasSubstr("RESPONSE, but its reads do not show it")));
   EXPECT_THAT(sut().status().reason, HasSubstr("its reads do not show it"));
   EXPECT_THAT(fixture->write_problems, ElementsAre(HasSubstr("written 2 times")));

@@ -190,11 +190,11 @@ TEST_P(EachInput, DetectsAStandstillFirst) {
   other.claimed = machines::Claims::earliest + 2h;
   sut->on_machine(other);
   ASSERT_EQ(links, 1);
-  said.clear();
+  log_lines.clear();
   time.steady += lease * 2;
   GetParam().happens(*sut);
   EXPECT_EQ(links, 0);
-  EXPECT_THAT(said, Contains(HasSubstr("this gateway stood still for 4.0 s")));
+  EXPECT_THAT(log_lines, Contains(HasSubstr("this gateway stood still for 4.0 s")));
 }
 
 const fabric::ChannelKey first_channel{"cnc", 1};

@@ -410,14 +410,14 @@ TEST_F(DataSampler, AShortBudgetIsSharedAmongGroups) {
 
   run(30s);
 
-  std::map<std::string, int> told;
+  std::map<std::string, int> counts;
   for (const auto& sample : samples) {
-    ++told[sample.group];
+    ++counts[sample.group];
   }
-  for (const auto& [group, count] : told) {
+  for (const auto& [group, count] : counts) {
     EXPECT_NEAR(count, 100, 15) << group;
   }
-  EXPECT_EQ(told.size(), 3U);
+  EXPECT_EQ(counts.size(), 3U);
 }
 
 TEST_F(DataSampler, AnOverloadedControllerIsNotReadForAWhile) {

@@ -68,25 +68,25 @@ class AMachinesValues : public testing::Test {
     answer(question);
   }
   void answer(const machines::Question& question) {
-    machines::Answer told;
-    told.requester = question.requester;
-    told.number = question.number;
-    told.requests = 1;
+    machines::Answer result;
+    result.requester = question.requester;
+    result.number = question.number;
+    result.requests = 1;
     if (std::holds_alternative<data::Resolve>(question.step)) {
       cnc::variables::Reading reading;
       reading.length = 4;
       reading.size = 4;
       reading.type = {cnc::variables::Type::sgn32, 4};
       reading.access = cnc::variables::Access::read_write;
-      told.found = std::vector<data::Sampler::Resolved>{reading};
+      result.found = std::vector<data::Sampler::Resolved>{reading};
     } else if (std::holds_alternative<data::Read>(question.step)) {
-      told.found = std::vector<data::Sampler::Answer>{value};
+      result.found = std::vector<data::Sampler::Answer>{value};
     } else if (std::holds_alternative<variables::WriteOne>(question.step)) {
-      told.found = cnc::ads::Result<void>{};
+      result.found = cnc::ads::Result<void>{};
     } else {
-      told.found = cnc::ads::Result<variables::Page>(variables::Page{70, {}});
+      result.found = cnc::ads::Result<variables::Page>(variables::Page{70, {}});
     }
-    sut.on_answer(told, ports.time);
+    sut.on_answer(result, ports.time);
     if (sut.is_due(ports.time)) {
       pump();
     }
@@ -222,7 +222,7 @@ TEST_F(AMachinesValues, OfAProgramArePublishedAsProgramEvents) {
   ASSERT_THAT(ports.programs, SizeIs(1));
   EXPECT_EQ(ports.programs[0].kind, fabric::ProgramEventKind::started);
   EXPECT_THAT(ports.samples, IsEmpty());
-  EXPECT_THAT(ports.said, ElementsAre(HasSubstr("press/1: program started")));
+  EXPECT_THAT(ports.log_lines, ElementsAre(HasSubstr("press/1: program started")));
   sut.on_over(1, ports.time);
   pump();
   EXPECT_THAT(ports.disposed, IsEmpty());

@@ -42,8 +42,8 @@ class MachinePorts final : public core::RecordedPorts {
   using RecordedPorts::publish;
   void dispose(const fabric::MachineStatus& status) override { given_up.push_back(status); }
   void publish(const fabric::MachineStatus& status) override {
-    told = status;
-    ++times_told;
+    published = status;
+    ++times_published;
   }
   std::unique_ptr<machines::Controller> connect(const settings::MachineSettings&) override {
     linked = true;
@@ -51,8 +51,8 @@ class MachinePorts final : public core::RecordedPorts {
   }
 
   bool linked = false;
-  fabric::MachineStatus told;
-  int times_told = 0;
+  fabric::MachineStatus published;
+  int times_published = 0;
   std::vector<fabric::MachineStatus> given_up;
   std::vector<Channels> watched;
   std::vector<Channels> unwatched;
@@ -130,11 +130,11 @@ class MachinesTest : public testing::Test, public core::MachinesListener {
   MachinePorts ports;
   Moment& time = ports.time;
   bool& linked = ports.linked;
-  fabric::MachineStatus& told = ports.told;
-  int& times_told = ports.times_told;
+  fabric::MachineStatus& published = ports.published;
+  int& times_published = ports.times_published;
   std::vector<Channels>& watched = ports.watched;
   std::vector<Channels>& unwatched = ports.unwatched;
-  std::vector<std::string>& said = ports.said;
+  std::vector<std::string>& log_lines = ports.log_lines;
   std::vector<std::uint16_t> served;
   std::vector<std::pair<std::uint16_t, std::string>> predecessor_calls;
   std::map<std::uint16_t, bool> trusted;

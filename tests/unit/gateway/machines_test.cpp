@@ -64,10 +64,10 @@ TEST_F(MachinesTest, AreReleasedWhereOthersMayHaveTakenThemOverDuringAStandstill
 
 TEST_F(MachinesTest, ArePublishedAgainAfterAStandstill) {
   serve();
-  const int before = times_told;
+  const int before = times_published;
   EXPECT_FALSE(sut.on_stall(time));
-  EXPECT_EQ(times_told, before + 1);
-  EXPECT_TRUE(told.connected);
+  EXPECT_EQ(times_published, before + 1);
+  EXPECT_TRUE(published.connected);
 }
 
 // A gateway that took this one for gone has forgotten its samples.
@@ -76,10 +76,10 @@ TEST_F(MachinesTest, ArePublishedAgainToAGatewayThatServesThemToo) {
   auto later = claim(2h);
   later.connected = false;
   sut.on_machine(later, time);
-  const int before = times_told;
+  const int before = times_published;
   later.connected = true;
   sut.on_machine(later, time);
-  EXPECT_EQ(times_told, before + 1);
+  EXPECT_EQ(times_published, before + 1);
 }
 
 // Otherwise two gateways with the same machine would publish to each other endlessly.
@@ -88,9 +88,9 @@ TEST_F(MachinesTest, AreNotPublishedAgainByTheLaterGateway) {
   first.claims = {7};
   sut.on_machine(first, time);
   serve();
-  const int before = times_told;
+  const int before = times_published;
   sut.on_machine(first, time);
-  EXPECT_EQ(times_told, before);
+  EXPECT_EQ(times_published, before);
 }
 
 TEST_F(MachinesTest, IgnoreARemovedLink) {
@@ -100,14 +100,14 @@ TEST_F(MachinesTest, IgnoreARemovedLink) {
   sut.on_link_up("cnc", {1}, time);
   EXPECT_FALSE(linked);
   EXPECT_THAT(served, ElementsAre(1, 2));
-  EXPECT_FALSE(told.connected);
+  EXPECT_FALSE(published.connected);
 }
 
 TEST_F(MachinesTest, DoesNotConnectToAMachineThatAnotherOneServes) {
   sut.on_machine(claim(1s), time);
   time_passes();
   EXPECT_FALSE(linked);
-  EXPECT_FALSE(told.connected);
+  EXPECT_FALSE(published.connected);
 }
 
 TEST_F(MachinesTest, InheritsTheCallOfAGatewayThatIsGone) {
@@ -252,16 +252,16 @@ TEST_F(MachinesTest, OwnAChannelThatIsNewInTheConfigurationFromThenOn) {
   machine.channels = {1, 2};
   sut.set({machine}, time);
   serve();
-  const fabric::Time first = told.claimed;
+  const fabric::Time first = published.claimed;
   time.wall += 1h;
   machine.channels = {2};
   sut.set({machine}, time);
   time_passes();
-  EXPECT_EQ(told.claimed, first);
+  EXPECT_EQ(published.claimed, first);
   machine.channels = {2, 3};
   sut.set({machine}, time);
   time_passes();
-  EXPECT_EQ(told.claimed, time.wall);
+  EXPECT_EQ(published.claimed, time.wall);
 }
 
 TEST_F(MachinesTest, AskForAVariableAtOnce) {
@@ -296,7 +296,7 @@ TEST_F(MachinesTest, InheritsNothingFromItself) {
 
 TEST_F(MachinesTest, AreNotStoppedByAnImpossibleOwnershipTime) {
   serve();
-  const std::size_t before = said.size();
+  const std::size_t before = log_lines.size();
   for (int i = 0; i < 10'000; ++i) {
     auto liar = claim(0s);
     liar.gateway = fabric::InstanceId::random();
@@ -305,8 +305,8 @@ TEST_F(MachinesTest, AreNotStoppedByAnImpossibleOwnershipTime) {
   }
   EXPECT_TRUE(linked);
   EXPECT_THAT(served, ElementsAre(1, 2));
-  ASSERT_EQ(said.size(), before + 1) << "reported once";
-  EXPECT_THAT(said.back(), testing::HasSubstr("claimed=1"));
+  ASSERT_EQ(log_lines.size(), before + 1) << "reported once";
+  EXPECT_THAT(log_lines.back(), testing::HasSubstr("claimed=1"));
 }
 
 TEST_F(MachinesTest, InheritNothingOfAnotherControllerOfTheirName) {
@@ -322,7 +322,7 @@ TEST_F(MachinesTest, InheritNothingOfAnotherControllerOfTheirName) {
   sut.on_channel(call(other_epoch, fabric::ChannelState::running, 1), time);
   EXPECT_THAT(served, ElementsAre(1, 2));
   EXPECT_THAT(predecessor_calls, IsEmpty());
-  EXPECT_THAT(said, testing::Contains(testing::HasSubstr("another controller")));
+  EXPECT_THAT(log_lines, testing::Contains(testing::HasSubstr("another controller")));
 }
 
 TEST_F(MachinesTest, RememberALimitedNumberOfChannelsOfOthers) {
@@ -331,8 +331,8 @@ TEST_F(MachinesTest, RememberALimitedNumberOfChannelsOfOthers) {
     status.key = {"m" + std::to_string(i / 50), static_cast<std::uint16_t>(1 + i % 50)};
     sut.on_channel(status, time);
   }
-  ASSERT_THAT(said, testing::SizeIs(1)) << "reported once";
-  EXPECT_THAT(said.back(), testing::HasSubstr("of more than 16384 channels"));
+  ASSERT_THAT(log_lines, testing::SizeIs(1)) << "reported once";
+  EXPECT_THAT(log_lines.back(), testing::HasSubstr("of more than 16384 channels"));
 }
 
 fabric::InstanceId gateway(std::uint8_t number) {

@@ -24,7 +24,7 @@ TEST(MessageQueueReader, ReportsThatAProgramHasInitialisedTheQueue) {
   ASSERT_TRUE(sut.settle());
   sut.ring.initialise();
   ASSERT_TRUE(sut.settle());
-  EXPECT_THAT(sut.said, Contains(HasSubstr("LastGet is 1, not 2 as this gateway wrote it")));
+  EXPECT_THAT(sut.log_lines, Contains(HasSubstr("LastGet is 1, not 2 as this gateway wrote it")));
 }
 
 TEST(MessageQueueReader, ContinuesWhereASecondReaderHasLeftLastGet) {
@@ -37,7 +37,7 @@ TEST(MessageQueueReader, ContinuesWhereASecondReaderHasLeftLastGet) {
   sut.ring.write("3");
   ASSERT_TRUE(sut.settle());
   EXPECT_THAT(texts_of(sut), ElementsAre("3"));
-  EXPECT_THAT(sut.said, Contains(HasSubstr("another reader uses it")));
+  EXPECT_THAT(sut.log_lines, Contains(HasSubstr("another reader uses it")));
   EXPECT_EQ(sut.ring.last_get, 4);
 }
 
@@ -46,19 +46,20 @@ TEST(MessageQueueReader, LosesNothingBetweenTwoReaders) {
   // both.
   for (int at = 0; at < 60; ++at) {
     QueueFixture sut(4);
-    std::vector<std::string> others;
+    std::vector<std::string> of_other_reader;
     run_with(sut, at, 9, [&](int) {
       const auto control = sut.ring.control();
       for (const auto element : queues::elements_after(control, sut.ring.last_get)) {
-        others.push_back(sut.ring.texts[element - 1]);
+        of_other_reader.push_back(sut.ring.texts[element - 1]);
       }
       sut.ring.last_get = sut.ring.last_filled;
     });
-    const auto ours = texts_of(sut);
+    const auto of_gateway = texts_of(sut);
     for (const std::string& number : numbers(1, 9)) {
-      ASSERT_TRUE(std::ranges::count(ours, number) + std::ranges::count(others, number) >= 1)
+      ASSERT_TRUE(
+          std::ranges::count(of_gateway, number) + std::ranges::count(of_other_reader, number) >= 1)
           << number << " with the other reader in step " << at;
-      ASSERT_LE(std::ranges::count(ours, number), 1) << number;
+      ASSERT_LE(std::ranges::count(of_gateway, number), 1) << number;
     }
   }
 }
@@ -440,7 +441,7 @@ class MessageQueuesTest : public testing::Test {
   }
   void up(const machines::Channels& channels) { sut.on_up("press", channels, link, ports.time); }
   /// The events of the core, in their order.
-  std::vector<Kind> told() {
+  std::vector<Kind> take_events() {
     std::vector<Kind> kinds;
     while (const auto event = sut.next_event()) {
       kinds.push_back(event->kind);
@@ -472,16 +473,16 @@ TEST_F(MessageQueuesTest, AreReadOnceTheirChannelIsOwned) {
   set(wanted);
   up({2});
   EXPECT_EQ(link.opened, 0);
-  EXPECT_THAT(told(), testing::Not(testing::Contains(Kind::opened)));
+  EXPECT_THAT(take_events(), testing::Not(testing::Contains(Kind::opened)));
   up({1});
   EXPECT_EQ(link.opened, 1);
-  EXPECT_THAT(told(), testing::Contains(Kind::opened));
+  EXPECT_THAT(take_events(), testing::Contains(Kind::opened));
 }
 
 TEST_F(MessageQueuesTest, CallMessagesOfTheJournalWithoutTheirController) {
   set(wanted, one_unanswered());
   EXPECT_EQ(link.opened, 0);
-  EXPECT_THAT(told(), testing::Contains(Kind::opened));
+  EXPECT_THAT(take_events(), testing::Contains(Kind::opened));
 }
 
 // The pending requests of a channel are answered before its link returns, as with a real
@@ -490,11 +491,11 @@ TEST_F(MessageQueuesTest, CallMessagesOfTheJournalWithoutTheirController) {
 TEST_F(MessageQueuesTest, OpenAQueueAgainOnceEarlierRequestsAreAnswered) {
   set(wanted);
   up({1});
-  told();
+  take_events();
   sut.on_down("press", "connection reset");
   set(wanted);
   sut.read(key, ReadSet::state);
-  EXPECT_THAT(told(), testing::ElementsAre(Kind::down, Kind::read, Kind::opened));
+  EXPECT_THAT(take_events(), testing::ElementsAre(Kind::down, Kind::read, Kind::opened));
 }
 
 TEST_F(MessageQueuesTest, CountNoMessageAsJournalledThatTheDiskDoesNotHoldYet) {
@@ -512,14 +513,14 @@ TEST_F(MessageQueuesTest, CountNoMessageAsJournalledThatTheDiskDoesNotHoldYet) {
 TEST_F(MessageQueuesTest, ContinueAQueueThatTheConfigurationNamesAgainWhileItsCallIsUnderWay) {
   set(wanted, one_unanswered());
   up({1});
-  told();
+  take_events();
   ASSERT_EQ(link.opened, 1);
   set({});
-  EXPECT_THAT(told(), testing::ElementsAre(Kind::draining));
+  EXPECT_THAT(take_events(), testing::ElementsAre(Kind::draining));
   // The link is replaced, and no reader takes over the queue.
   sut.on_link_gone("press", "the configuration has changed");
   up({1});
-  told();
+  take_events();
   EXPECT_EQ(link.opened, 1);
   set(wanted);
   EXPECT_EQ(link.opened, 2);

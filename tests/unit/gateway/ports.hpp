@@ -58,7 +58,7 @@ class RecordedPorts : public Fabric, public Host {
       tickets.push_back(ticket);
     }
   }
-  void log(Level, const std::string& text) override { said.push_back(text); }
+  void log(Level, const std::string& text) override { log_lines.push_back(text); }
   void set_alarm(const fabric::AlarmKey& key, const fabric::Message& text,
                  const fabric::Message&) override {
     alarms[key.kind] = text;
@@ -77,7 +77,7 @@ class RecordedPorts : public Fabric, public Host {
   std::vector<fabric::VariableReply> replies;
   std::vector<fabric::Outcome> outcomes;
   std::vector<Ticket> tickets;
-  std::vector<std::string> said;
+  std::vector<std::string> log_lines;
   std::map<std::string, std::string> alarms;
   std::optional<bool> ended;
   bool unauthenticated = false;

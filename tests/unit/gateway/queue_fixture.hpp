@@ -164,7 +164,7 @@ class QueueFixture : public core::RecordedPorts {
   /// its answer.
   std::vector<std::pair<fabric::CallId, std::string>> executed;
   std::map<fabric::CallId, std::string> answers;
-  using RecordedPorts::said;
+  using RecordedPorts::log_lines;
   std::vector<std::string> filling;
   std::vector<std::string> troubles;
   bool served = false;

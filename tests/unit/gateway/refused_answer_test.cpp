@@ -78,9 +78,9 @@ TEST_F(RefusedAnswer, GivesTheProgramTheErrorAndState500AtOnce) {
 // Of a later version, or invalid.
 TEST_F(RefusedAnswer, OfAnUnknownKindIsReportedToo) {
   fixture.dispatched_call();
-  auto said = fixture.reply("4", 1);
-  said.kind = static_cast<fabric::ReplyKind>(77);
-  reply(said);
+  auto of_unknown_kind = fixture.reply("4", 1);
+  of_unknown_kind.kind = static_cast<fabric::ReplyKind>(77);
+  reply(of_unknown_kind);
   expect_program_gets("ERROR: the service's answer is of a kind that this gateway does not know",
                       500);
   EXPECT_THAT(fixture.event_kinds(), ElementsAre(seen, dispatched, refused, replied, written));
@@ -88,9 +88,9 @@ TEST_F(RefusedAnswer, OfAnUnknownKindIsReportedToo) {
 
 TEST_F(RefusedAnswer, OfAServiceThatRefusesItItselfIsWrittenUnchanged) {
   fixture.dispatched_call();
-  auto said = fixture.reply("ERROR: the service's answer has 200 bytes, at most 127 fit", 99);
-  said.code = fabric::ServiceCode::refused;
-  reply(said);
+  auto refusal = fixture.reply("ERROR: the service's answer has 200 bytes, at most 127 fit", 99);
+  refusal.code = fabric::ServiceCode::refused;
+  reply(refusal);
   expect_program_gets("ERROR: the service's answer has 200 bytes, at most 127 fit", 99);
 }
 
@@ -134,22 +134,22 @@ TEST_F(RefusedAnswer, ThatIsDeliveredAgainChangesNothing) {
 TEST_F(RefusedAnswer, IsNotMistakenForTheNextOneOfAServiceThatCountsNoAttempts) {
   fixture.policy.refused = Rule{};
   fixture.dispatched_call();
-  const auto said = [&](const std::string& text, std::chrono::seconds at) {
+  const auto without_attempt = [&](const std::string& text, std::chrono::seconds at) {
     auto reply = fixture.reply(text, 1);
     reply.attempt = 0;
     reply.answered = fabric::Time(at);
     return reply;
   };
-  reply(said(too_long, 1s));
+  reply(without_attempt(too_long, 1s));
   fixture.retry("ann@hmi");
   fixture.assign(1, 2);
-  reply(said(too_long, 1s));
+  reply(without_attempt(too_long, 1s));
   EXPECT_EQ(sut().status().state, fabric::ChannelState::running) << "delivered again";
-  reply(said(too_long, 2s));
+  reply(without_attempt(too_long, 2s));
   EXPECT_EQ(sut().status().state, fabric::ChannelState::held) << "another invalid answer";
   fixture.retry("ann@hmi");
   fixture.assign(1, 3);
-  reply(said("1.41421", 3s));
+  reply(without_attempt("1.41421", 3s));
   expect_program_gets("1.41421", 1);
 }
 
@@ -158,14 +158,14 @@ TEST_F(RefusedAnswer, IsNotMistakenForTheNextOneOfAServiceThatCountsNoAttempts) 
 TEST_F(RefusedAnswer, OfAnAttemptThatTheJournalLostIsNotMistakenForThatOfTheNext) {
   fixture.policy.refused = Rule{};
   fixture.dispatched_call();
-  auto said = fixture.reply(too_long, 1);
-  said.attempt = 2;
-  reply(said);
+  auto of_lost_attempt = fixture.reply(too_long, 1);
+  of_lost_attempt.attempt = 2;
+  reply(of_lost_attempt);
   EXPECT_EQ(sut().status().state, fabric::ChannelState::held);
   fixture.retry("ann@hmi");
   fixture.assign(1, 2);
   EXPECT_EQ(sut().status().state, fabric::ChannelState::running);
-  reply(said);
+  reply(of_lost_attempt);
   EXPECT_EQ(sut().status().state, fabric::ChannelState::held)
       << "its instance remembers its answer";
 }
@@ -173,18 +173,18 @@ TEST_F(RefusedAnswer, OfAnAttemptThatTheJournalLostIsNotMistakenForThatOfTheNext
 TEST_F(RefusedAnswer, IsRememberedAmongTheLastSixteenOfABlockedCall) {
   fixture.policy.refused = Rule{};
   fixture.dispatched_call();
-  const auto said = [&](int second) {
+  const auto answered_at = [&](int second) {
     auto reply = fixture.reply(too_long, 1);
     reply.answered = fabric::Time(std::chrono::seconds(second));
     return reply;
   };
   for (int second = 1; second <= 17; ++second) {
-    reply(said(second));
+    reply(answered_at(second));
   }
   EXPECT_EQ(sut().status().failed, 17U);
-  reply(said(2));
+  reply(answered_at(2));
   EXPECT_EQ(sut().status().failed, 17U) << "it is known";
-  reply(said(1));
+  reply(answered_at(1));
   EXPECT_EQ(sut().status().failed, 18U) << "it was the seventeenth from the end";
 }
 

@@ -34,7 +34,7 @@ class SubscriptionsTest : public testing::Test {
       looks.push_back(look);
     }
     for (const auto& [level, words] : actions.log) {
-      said.emplace_back(level, words);
+      log_lines.emplace_back(level, words);
     }
   }
   void serve(const std::vector<std::uint16_t>& channels = {1}) { take(sut.serve(channels)); }
@@ -48,7 +48,7 @@ class SubscriptionsTest : public testing::Test {
   void refuse(std::uint16_t channel = 1) {
     take(sut.on_subscribed({{channel, "the controller refuses it: 0x701", false}}, now));
   }
-  void told(std::optional<std::uint32_t> value, std::uint16_t channel = 1) {
+  void notify(std::optional<std::uint32_t> value, std::uint16_t channel = 1) {
     take(sut.on_notification(channel, request_state, value, now));
   }
   void look(std::uint32_t value, std::uint16_t channel = 1) {
@@ -74,11 +74,11 @@ class SubscriptionsTest : public testing::Test {
   void be_trusted() {
     serve();
     grant();
-    told(0);
+    notify(0);
     look(0);
     ASSERT_TRUE(trusted[1]);
     looks.clear();
-    said.clear();
+    log_lines.clear();
     subscribed.clear();
   }
 
@@ -88,7 +88,7 @@ class SubscriptionsTest : public testing::Test {
   std::vector<std::uint16_t> unsubscribed;
   std::map<std::uint16_t, bool> trusted;
   std::vector<std::pair<std::uint16_t, Variable>> looks;
-  std::vector<std::pair<Level, std::string>> said;
+  std::vector<std::pair<Level, std::string>> log_lines;
 };
 
 TEST_F(SubscriptionsTest, SubscribesEachChannelOnce) {
@@ -103,16 +103,16 @@ TEST_F(SubscriptionsTest, TrustsNotificationsOnceTheyMatchTheReads) {
   grant();
   look(0);
   EXPECT_FALSE(trusted[1]);
-  told(0);
+  notify(0);
   EXPECT_TRUE(trusted[1]);
   EXPECT_EQ(sut.status().mode, fabric::WatchMode::pushed);
-  EXPECT_THAT(said, ElementsAre(Pair(Level::info, HasSubstr("pushed"))));
+  EXPECT_THAT(log_lines, ElementsAre(Pair(Level::info, HasSubstr("pushed"))));
 }
 
 TEST_F(SubscriptionsTest, TheFirstValueMayComeBeforeTheResponseToTheSubscription) {
   serve();
   look(0);
-  told(0);
+  notify(0);
   EXPECT_FALSE(trusted[1]);
   grant();
   EXPECT_TRUE(trusted[1]);
@@ -120,17 +120,17 @@ TEST_F(SubscriptionsTest, TheFirstValueMayComeBeforeTheResponseToTheSubscription
 
 TEST_F(SubscriptionsTest, ANotifiedChangeCausesARead) {
   be_trusted();
-  told(7);
+  notify(7);
   EXPECT_THAT(looks, ElementsAre(Pair(1, request_state)));
 }
 
 TEST_F(SubscriptionsTest, OurOwnWriteCausesNoRead) {
   be_trusted();
-  told(7);
+  notify(7);
   look(7);
   looks.clear();
   clear();
-  told(0);
+  notify(0);
   EXPECT_THAT(looks, IsEmpty());
 }
 
@@ -138,18 +138,18 @@ TEST_F(SubscriptionsTest, OurOwnWriteCausesNoRead) {
 // then there is never a notification.
 TEST_F(SubscriptionsTest, DoesNotTrustSilenceBetweenAWriteAndItsNotification) {
   be_trusted();
-  told(7);
+  notify(7);
   look(7);
   EXPECT_TRUE(trusted[1]);
   clear();
   EXPECT_FALSE(trusted[1]);
-  told(0);
+  notify(0);
   EXPECT_TRUE(trusted[1]);
 }
 
 TEST_F(SubscriptionsTest, TrustsAgainWhenAReadFindsTheSameRequestOnceMore) {
   be_trusted();
-  told(7);
+  notify(7);
   look(7);
   clear();
   look(7);
@@ -175,10 +175,10 @@ TEST_F(SubscriptionsTest, PollsAControllerThatRefusesAndLogsThatOnce) {
   serve();
   refuse();
   EXPECT_EQ(sut.status().text, "polled: the controller refuses it: 0x701");
-  ASSERT_THAT(said, SizeIs(1));
+  ASSERT_THAT(log_lines, SizeIs(1));
   wait(10min);
   EXPECT_THAT(subscribed, SizeIs(1));
-  EXPECT_THAT(said, SizeIs(1));
+  EXPECT_THAT(log_lines, SizeIs(1));
 }
 
 TEST_F(SubscriptionsTest, SubscribesAgainOnANewLinkAndLogsNothingTwice) {
@@ -188,11 +188,11 @@ TEST_F(SubscriptionsTest, SubscribesAgainOnANewLinkAndLogsNothingTwice) {
   serve();
   EXPECT_THAT(subscribed, ElementsAre(1, 1));
   refuse();
-  EXPECT_THAT(said, SizeIs(1));
+  EXPECT_THAT(log_lines, SizeIs(1));
   sut.link_down();
   serve();
   grant();
-  EXPECT_THAT(said, SizeIs(2));
+  EXPECT_THAT(log_lines, SizeIs(2));
 }
 
 TEST_F(SubscriptionsTest, NamesTheChannelThatIsPolled) {
@@ -217,17 +217,17 @@ TEST_F(SubscriptionsTest, SubscribesAgainAfterAWhileWhereTheControllerDidNotAnsw
 
 TEST_F(SubscriptionsTest, IgnoresNotificationsOfASubscriptionThatTimedOut) {
   serve();
-  told(7);
+  notify(7);
   take(sut.on_subscribed({{1, "no answer", true}}, now));
   looks.clear();
-  told(7);
+  notify(7);
   EXPECT_THAT(looks, IsEmpty());
   look(7);
   wait(1s);
   ASSERT_THAT(subscribed, SizeIs(2));
   grant();
   EXPECT_FALSE(trusted[1]) << "the new subscription has notified nothing";
-  told(7);
+  notify(7);
   EXPECT_TRUE(trusted[1]);
 }
 
@@ -268,7 +268,7 @@ TEST_F(SubscriptionsTest, AGatewayThatStoodStillDrawsNoConclusion) {
   look(7);
   now += 10s;
   look(7);
-  told(7);
+  notify(7);
   EXPECT_TRUE(trusted[1]);
 }
 
@@ -288,7 +288,7 @@ TEST_F(SubscriptionsTest, AReadThatANotificationOvertookProvesNothing) {
   be_trusted();
   for (std::uint32_t request = 1; request <= 20; ++request) {
     sut.read_started(1);
-    told(request);
+    notify(request);
     looked(request - 1);
     EXPECT_FALSE(trusted[1]);
     look(request);
@@ -310,22 +310,22 @@ TEST_F(SubscriptionsTest, ToleratesAFaultOnceInTenMinutes) {
 TEST_F(SubscriptionsTest, DetectsARepeatedNotification) {
   be_trusted();
   for (int times = 0; times < 3; ++times) {
-    told(7);
+    notify(7);
     look(7);
     clear();  // which is not notified
   }
-  told(7);
+  notify(7);
   EXPECT_THAT(sut.status().text, HasSubstr("does not send a notification for each change"));
 }
 
 TEST_F(SubscriptionsTest, GivesUpAControllerThatNotifiesTooLate) {
   be_trusted();
   for (int times = 0; times < 3; ++times) {
-    told(7);
+    notify(7);
     look(7);
     clear();
     now += 200ms;
-    told(0);
+    notify(0);
   }
   EXPECT_THAT(sut.status().text, HasSubstr("100 ms late"));
 }
@@ -333,11 +333,11 @@ TEST_F(SubscriptionsTest, GivesUpAControllerThatNotifiesTooLate) {
 TEST_F(SubscriptionsTest, ADelayNowAndThenIsNoReason) {
   be_trusted();
   for (int times = 0; times < 20; ++times) {
-    told(7);
+    notify(7);
     look(7);
     clear();
     now += times % 3 == 0 ? 200ms : 1ms;
-    told(0);
+    notify(0);
   }
   EXPECT_EQ(sut.status().mode, fabric::WatchMode::pushed);
 }
@@ -347,11 +347,11 @@ TEST_F(SubscriptionsTest, CountsLateNotificationsFromZeroOnANewLinkAndInANewMode
   const auto be_late_twice = [&] {
     be_trusted();
     for (int times = 0; times < 2; ++times) {
-      told(7);
+      notify(7);
       look(7);
       clear();
       now += 200ms;
-      told(0);
+      notify(0);
     }
     EXPECT_EQ(sut.status().mode, fabric::WatchMode::pushed);
   };
@@ -365,14 +365,14 @@ TEST_F(SubscriptionsTest, CountsLateNotificationsFromZeroOnANewLinkAndInANewMode
 
 TEST_F(SubscriptionsTest, SubscribesAgainWhereTheControllerHasDroppedAHandle) {
   be_trusted();
-  told(std::nullopt);
+  notify(std::nullopt);
   EXPECT_FALSE(trusted[1]);
   EXPECT_THAT(unsubscribed, ElementsAre(1));
   EXPECT_THAT(looks, ElementsAre(Pair(1, request_state)));
   wait(1s);
   EXPECT_THAT(subscribed, ElementsAre(1));
   grant();
-  told(0);
+  notify(0);
   EXPECT_TRUE(trusted[1]);
   EXPECT_EQ(sut.status().mode, fabric::WatchMode::pushed);
 }
@@ -380,13 +380,13 @@ TEST_F(SubscriptionsTest, SubscribesAgainWhereTheControllerHasDroppedAHandle) {
 TEST_F(SubscriptionsTest, LeavesNothingBehindInAChannelItNoLongerServes) {
   serve({1, 2});
   grant({1, 2});
-  told(0, 2);
+  notify(0, 2);
   look(0, 2);
   looks.clear();
   serve({1});
   EXPECT_THAT(unsubscribed, ElementsAre(2));
   EXPECT_FALSE(trusted[2]);
-  told(7, 2);
+  notify(7, 2);
   EXPECT_THAT(looks, IsEmpty());
 }
 
@@ -408,7 +408,7 @@ class PollingSubscriptions : public SubscriptionsTest {
 TEST_F(PollingSubscriptions, SubscribeNothingAndLogNothing) {
   serve();
   EXPECT_THAT(subscribed, IsEmpty());
-  EXPECT_THAT(said, IsEmpty());
+  EXPECT_THAT(log_lines, IsEmpty());
   EXPECT_EQ(sut.status().text, "polled, as configured");
 }
 
@@ -420,7 +420,7 @@ class RequiredSubscriptions : public SubscriptionsTest {
 TEST_F(RequiredSubscriptions, WarnAndSubscribeAgainAtLastOnceAMinute) {
   serve();
   refuse();
-  EXPECT_THAT(said, ElementsAre(Pair(Level::warn, HasSubstr("0x701"))));
+  EXPECT_THAT(log_lines, ElementsAre(Pair(Level::warn, HasSubstr("0x701"))));
   for (int minutes = 0; minutes < 10; ++minutes) {
     wait(1min);
     refuse();
@@ -431,29 +431,29 @@ TEST_F(RequiredSubscriptions, WarnAndSubscribeAgainAtLastOnceAMinute) {
   EXPECT_EQ(subscribed.size(), before);
   wait(1s);
   EXPECT_EQ(subscribed.size(), before + 1);
-  EXPECT_THAT(said, SizeIs(1));
+  EXPECT_THAT(log_lines, SizeIs(1));
 }
 
 TEST_F(RequiredSubscriptions, CountLateNotificationsFromZeroAfterTheyWereGivenUp) {
   be_trusted();
   for (int times = 0; times < 3; ++times) {
-    told(7);
+    notify(7);
     look(7);
     clear();
     now += 200ms;
-    told(0);
+    notify(0);
   }
   ASSERT_THAT(sut.status().text, HasSubstr("100 ms late"));
   wait(1s);
   grant();
   look(0);
-  told(0);
+  notify(0);
   ASSERT_TRUE(trusted[1]);
-  told(7);
+  notify(7);
   look(7);
   clear();
   now += 200ms;
-  told(0);
+  notify(0);
   EXPECT_EQ(sut.status().mode, fabric::WatchMode::pushed);
 }
 
@@ -468,7 +468,7 @@ TEST_F(RequiredSubscriptions, TrustAgainAfterAWhile) {
   wait(1s);
   EXPECT_THAT(subscribed, ElementsAre(1, 1));
   grant();
-  told(0);
+  notify(0);
   EXPECT_TRUE(trusted[1]);
   EXPECT_EQ(sut.status().mode, fabric::WatchMode::pushed);
 }
@@ -497,8 +497,8 @@ TEST_F(SubscribedMachine, IsSubscribedForItsServedChannelsAndReportsThat) {
   be_trusted();
   EXPECT_THAT(watched, ElementsAre(ElementsAre(1, 2)));
   EXPECT_THAT(trusted, ElementsAre(Pair(1, true), Pair(2, true)));
-  EXPECT_TRUE(told.connected);
-  EXPECT_EQ(told.watch, fabric::WatchMode::pushed);
+  EXPECT_TRUE(published.connected);
+  EXPECT_EQ(published.watch, fabric::WatchMode::pushed);
 }
 
 TEST_F(SubscribedMachine, ReportsAChangeButNotTheGatewaysOwnWrite) {
@@ -528,7 +528,7 @@ TEST_F(SubscribedMachine, IsSubscribedAgainOnANewLink) {
   sut.on_link_up("cnc", {1, 2}, time);
   EXPECT_THAT(watched, ElementsAre(ElementsAre(1, 2), ElementsAre(1, 2)));
   EXPECT_THAT(unwatched, IsEmpty()) << "the controller has forgotten it";
-  EXPECT_EQ(told.watch, fabric::WatchMode::polled);
+  EXPECT_EQ(published.watch, fabric::WatchMode::polled);
 }
 
 TEST_F(SubscribedMachine, ForgetsTheChannelThatAnotherGatewayServes) {
@@ -539,7 +539,7 @@ TEST_F(SubscribedMachine, ForgetsTheChannelThatAnotherGatewayServes) {
   EXPECT_THAT(served, ElementsAre(1));
   EXPECT_THAT(unwatched, ElementsAre(ElementsAre(2)));
   EXPECT_FALSE(trusted[2]);
-  EXPECT_EQ(told.watch, fabric::WatchMode::pushed);
+  EXPECT_EQ(published.watch, fabric::WatchMode::pushed);
 }
 
 TEST_F(SubscribedMachine, FollowsANewConfigurationOnTheSameLink) {
@@ -550,7 +550,7 @@ TEST_F(SubscribedMachine, FollowsANewConfigurationOnTheSameLink) {
   sut.set({machine}, time);
   EXPECT_TRUE(linked);
   EXPECT_THAT(unwatched, ElementsAre(ElementsAre(1, 2)));
-  EXPECT_EQ(told.reason, "polled, as configured");
+  EXPECT_EQ(published.reason, "polled, as configured");
 }
 
 TEST_F(SubscribedMachine, IsSubscribedAgainLaterWhereItDidNotAnswer) {

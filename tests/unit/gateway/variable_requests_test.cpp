@@ -472,11 +472,12 @@ TEST_F(VariableRequestsTest, ReportsALimitedNumberOfRefusedWritesASecondAndCount
   }
   EXPECT_THAT(answers, SizeIs(100));
   EXPECT_THAT(written, SizeIs(testing::Le(20U)));
-  const std::size_t told = written.size();
+  const std::size_t reported = written.size();
   pass(1s);
   ask(write({"V.G.X"}, {{"1"}}));
-  ASSERT_THAT(written, SizeIs(told + 1));
-  EXPECT_THAT(written.back().detail, HasSubstr(std::to_string(100 - told) + " more were refused"));
+  ASSERT_THAT(written, SizeIs(reported + 1));
+  EXPECT_THAT(written.back().detail,
+              HasSubstr(std::to_string(100 - reported) + " more were refused"));
 }
 
 TEST(WriteRules, AllowNoWriteThatNoRuleNames) {

@@ -193,10 +193,10 @@ TEST_F(ClientConnect, GivesUpAConnectionThatDoesNotAnswerARequestWhateverElseItS
   auto peer = establish();
   watch_downs();
   auto read = start_read();
-  const Bytes ours = *receive(peer);
+  const Bytes request = *receive(peer);
   const Address router{options.target, 10000};
   const Address device{options.target, 552};
-  Bytes frames = ours;
+  Bytes frames = request;
   for (const auto& [from, command] :
        {std::pair(router, Command::read_state), {device, Command::notification}}) {
     const Bytes frame = encode_packet(

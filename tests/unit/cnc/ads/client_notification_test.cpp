@@ -32,7 +32,7 @@ class ClientNotification : public ClientFixture {
             {{1, 2}, 1, Transmission::on_change, 0, ms}};
   }
   Handles subscribe(std::vector<AddNotificationRequest> wanted = both()) {
-    return finish(start(sut->subscribe(552, std::move(wanted), tell)));
+    return finish(start(sut->subscribe(552, std::move(wanted), record)));
   }
   void unsubscribe(std::vector<std::uint32_t> handles) {
     bool done = false;
@@ -40,16 +40,16 @@ class ClientNotification : public ClientFixture {
                           [&](std::exception_ptr) { done = true; });
     ASSERT_TRUE(tests::run_until(io, [&] { return done; }));
   }
-  bool is_told(std::size_t item, std::uint8_t value) {
+  bool is_notified(std::size_t item, std::uint8_t value) {
     return tests::run_until(
-        io, [&] { return std::ranges::count(told, std::pair(item, Bytes{value})) > 0; });
+        io, [&] { return std::ranges::count(notified, std::pair(item, Bytes{value})) > 0; });
   }
 
   MemoryDevice device;
   std::optional<Server> server;
-  std::vector<std::pair<std::size_t, Bytes>> told;
-  NotificationHandler tell = [this](std::size_t item, BytesView value) {
-    told.emplace_back(item, Bytes(value.begin(), value.end()));
+  std::vector<std::pair<std::size_t, Bytes>> notified;
+  NotificationHandler record = [this](std::size_t item, BytesView value) {
+    notified.emplace_back(item, Bytes(value.begin(), value.end()));
   };
 };
 
@@ -59,9 +59,9 @@ TEST_F(ClientNotification, PassesTheFirstValueAndEachChange) {
   const Handles handles = subscribe();
   EXPECT_TRUE(handles[0] && handles[1]);
   EXPECT_EQ(sut->counters().requests, before + 1) << "all in one sum";
-  EXPECT_TRUE(is_told(0, 1) && is_told(1, 2));
+  EXPECT_TRUE(is_notified(0, 1) && is_notified(1, 2));
   device.values[{1, 2}] = {5};
-  EXPECT_TRUE(is_told(1, 5));
+  EXPECT_TRUE(is_notified(1, 5));
 }
 
 TEST_F(ClientNotification, ReportsWhichOneIsRefused) {
@@ -71,12 +71,12 @@ TEST_F(ClientNotification, ReportsWhichOneIsRefused) {
   const Handles handles = subscribe(wanted);
   EXPECT_EQ(handles[0].error(), ErrorCode::invalid_group);
   EXPECT_TRUE(handles[1]);
-  EXPECT_TRUE(is_told(1, 2));
+  EXPECT_TRUE(is_notified(1, 2));
 }
 
 TEST_F(ClientNotification, SubscribesOneByOneWhereTheControllerHasNoSumCommands) {
   auto peer = establish();
-  const auto later = start(sut->subscribe(552, both(), tell));
+  const auto later = start(sut->subscribe(552, both(), record));
   const Bytes sum = *receive(peer);
   EXPECT_EQ(header_of(sum).command, Command::read_write);
   send(peer, response_to(sum, encode_data(tl::make_unexpected(ErrorCode::invalid_group))));
@@ -90,7 +90,7 @@ TEST_F(ClientNotification, SubscribesOneByOneWhereTheControllerHasNoSumCommands)
 
 TEST_F(ClientNotification, StopsWhereTheControllerSupportsNoNotifications) {
   auto peer = establish();
-  const auto later = start(sut->subscribe(552, both(), tell));
+  const auto later = start(sut->subscribe(552, both(), record));
   for (const auto command : {Command::read_write, Command::add_notification}) {
     const Bytes request = *receive(peer);
     EXPECT_EQ(header_of(request).command, command);
@@ -106,15 +106,15 @@ TEST_F(ClientNotification, StopsWhereTheControllerSupportsNoNotifications) {
 TEST_F(ClientNotification, GetsNothingAfterUnsubscribingAndLeavesNothingBehind) {
   serve();
   const Handles handles = subscribe();
-  ASSERT_TRUE(is_told(0, 1));
+  ASSERT_TRUE(is_notified(0, 1));
   unsubscribe({*handles[0], *handles[1]});
-  told.clear();
+  notified.clear();
   device.values[{1, 1}] = {9};
   const auto before = sut->counters().notifications;
   ASSERT_TRUE(finish(start(sut->read(552, {1, 1}, 1))));
   tests::run_until(
       io, [] { return false; }, std::chrono::milliseconds(20));
-  EXPECT_TRUE(told.empty());
+  EXPECT_TRUE(notified.empty());
   EXPECT_EQ(sut->counters().notifications, before);
 }
 
@@ -123,10 +123,10 @@ TEST_F(ClientNotification, DeletesWhatAnEarlierConnectionHasLeftAtTheController)
   survive.notifications_survive = true;
   serve(survive);
   subscribe({{{1, 1}, 1, Transmission::cyclic, 0, ms}});
-  ASSERT_TRUE(is_told(0, 1));
+  ASSERT_TRUE(is_notified(0, 1));
   sut->close();
   ASSERT_TRUE(tests::run_until(io, [&] { return server->connections() == 0; }));
-  told.clear();
+  notified.clear();
   ASSERT_TRUE(finish(start(sut->connect())));
   // They arrive and are deleted; then no further ones arrive.
   ASSERT_TRUE(tests::run_until(io, [&] { return sut->counters().notifications > 2; }));
@@ -137,12 +137,12 @@ TEST_F(ClientNotification, DeletesWhatAnEarlierConnectionHasLeftAtTheController)
         io, [] { return false; }, std::chrono::milliseconds(20));
     return before == sut->counters().notifications;
   }));
-  EXPECT_TRUE(told.empty());
+  EXPECT_TRUE(notified.empty());
 }
 
 TEST_F(ClientNotification, OneThatEndsWithItsLinkFails) {
   auto peer = establish();
-  const auto later = start(sut->subscribe(552, both(), tell));
+  const auto later = start(sut->subscribe(552, both(), record));
   receive(peer);
   peer.close();
   const Handles handles = finish(later);
@@ -153,7 +153,7 @@ TEST_F(ClientNotification, OneThatEndsWithItsLinkFails) {
 TEST_F(ClientNotification, OneThatTimesOutIsDeletedWhenTheControllerNotifiesItAfterAll) {
   options.timeout = std::chrono::milliseconds(300);
   auto peer = establish();
-  const auto later = start(sut->subscribe(552, both(), tell));
+  const auto later = start(sut->subscribe(552, both(), record));
   const Bytes sum = *receive(peer);
   auto read = start_read();
   send(peer, response_to(*receive(peer), encode_data(Bytes{1})));  // keeps the connection
@@ -172,12 +172,12 @@ TEST_F(ClientNotification, OneThatTimesOutIsDeletedWhenTheControllerNotifiesItAf
   ASSERT_TRUE(deletion);
   EXPECT_EQ(header_of(*deletion).command, Command::read_write);
   EXPECT_TRUE(std::ranges::equal(BytesView(*deletion).last(4), Bytes{7, 0, 0, 0}));
-  EXPECT_TRUE(told.empty());
+  EXPECT_TRUE(notified.empty());
 }
 
 TEST_F(ClientNotification, AnInconsistentFrameIsDropped) {
   auto peer = establish();
-  const auto later = start(sut->subscribe(552, both(), tell));
+  const auto later = start(sut->subscribe(552, both(), record));
   const Bytes sum = *receive(peer);
   const Bytes granted = ByteWriter().u32(0).u32(7).u32(0).u32(8).take();
   send(peer, response_to(sum, encode_data(granted)));
@@ -189,8 +189,8 @@ TEST_F(ClientNotification, AnInconsistentFrameIsDropped) {
   send(peer, encode_packet(header, cut));
   const Bytes value{3};
   send(peer, encode_packet(header, encode_notification({{0, {{8, value}}}})));
-  EXPECT_TRUE(is_told(1, 3));
-  EXPECT_THAT(told, testing::Not(Contains(Pair(0, testing::_))));
+  EXPECT_TRUE(is_notified(1, 3));
+  EXPECT_THAT(notified, testing::Not(Contains(Pair(0, testing::_))));
   EXPECT_TRUE(sut->up());
 }
 

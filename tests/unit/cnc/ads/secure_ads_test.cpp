@@ -177,8 +177,8 @@ TEST_F(SecureAdsTest, ServesAClientBesideAsManyHalfHandshakesAsConnections) {
 TEST_F(SecureAdsTest, ReleasesItsNotificationsBeforeItLeaves) {
   ASSERT_TRUE(connect());
   const AddNotificationRequest wanted{{1, 1}, 4};
-  std::size_t told = 0;
-  const auto handles = wait_for(io, sut->subscribe(552, {wanted}, [&](auto&&...) { ++told; }));
+  std::size_t notified = 0;
+  const auto handles = wait_for(io, sut->subscribe(552, {wanted}, [&](auto&&...) { ++notified; }));
   ASSERT_TRUE(handles.at(0));
   sut->leave({.port = 552, .notifications = {*handles[0]}});
   EXPECT_TRUE(tests::run_until(io, [&] { return server->connections() == 0; }));
@@ -210,14 +210,15 @@ const Holder& gateway() {
 class SelfSignedAdsTest : public SecureAdsTest {
  protected:
   SelfSignedAdsTest() {
-    const auto& theirs = controller();
-    const auto& ours = gateway();
-    server_options.security = ServerSecurity{
-        .self_signed = ServerSelfSigned{theirs.certificate.pem(), theirs.key.pem(), "Admin", "1"}};
+    const auto& of_controller = controller();
+    const auto& of_gateway = gateway();
+    server_options.security =
+        ServerSecurity{.self_signed = ServerSelfSigned{of_controller.certificate.pem(),
+                                                       of_controller.key.pem(), "Admin", "1"}};
     server_options.routes = std::make_shared<Routes>();
-    server_options.routes->add({options.source.net_id, ours.certificate.fingerprint()});
-    options.security =
-        SelfSigned{ours.certificate.pem(), ours.key.pem(), theirs.certificate.fingerprint()};
+    server_options.routes->add({options.source.net_id, of_gateway.certificate.fingerprint()});
+    options.security = SelfSigned{of_gateway.certificate.pem(), of_gateway.key.pem(),
+                                  of_controller.certificate.fingerprint()};
   }
   SelfSigned& shown() { return std::get<SelfSigned>(*options.security); }
 };
@@ -313,11 +314,13 @@ TEST(AdmittedClient, ProvesNothingByWhatItSaysOfItself) {
 class SharedCaAdsTest : public SecureAdsTest {
  protected:
   SharedCaAdsTest() {
-    const Issued theirs = issue("CX-123456");
-    const Issued ours = issue("127.0.0.1");
-    server_options.security = ServerSecurity{
-        .shared_ca = ServerSharedCa{authority().certificate.pem(), theirs.pem, theirs.key}};
-    options.security = SharedCa{authority().certificate.pem(), ours.pem, ours.key, "cx-123456"};
+    const Issued of_controller = issue("CX-123456");
+    const Issued of_gateway = issue("127.0.0.1");
+    server_options.security =
+        ServerSecurity{.shared_ca = ServerSharedCa{authority().certificate.pem(), of_controller.pem,
+                                                   of_controller.key}};
+    options.security =
+        SharedCa{authority().certificate.pem(), of_gateway.pem, of_gateway.key, "cx-123456"};
   }
 
   struct Issued {

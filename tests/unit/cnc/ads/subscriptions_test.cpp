@@ -177,7 +177,7 @@ TEST_F(SubscriptionsTest, RefusesSubscriptionsByHandleIfConfigured) {
 class SubscriptionBehaviourTest : public SubscriptionsTest {
  protected:
   // The notifications of ten values, one in each cycle.
-  std::vector<std::uint8_t> told(const SubscriptionBehaviour& habits) {
+  std::vector<std::uint8_t> notified_values(const SubscriptionBehaviour& habits) {
     limits.habits = habits;
     Subscriptions with(device, limits);
     const Header header{machine,         subscriber, Command::add_notification, flags::ads_command,
@@ -202,23 +202,24 @@ class SubscriptionBehaviourTest : public SubscriptionsTest {
 };
 
 TEST_F(SubscriptionBehaviourTest, NotifiesAllChanges) {
-  EXPECT_THAT(told({}), ElementsAre(0, 1, 2, 3, 4, 5, 6, 7, 8, 9));
+  EXPECT_THAT(notified_values({}), ElementsAre(0, 1, 2, 3, 4, 5, 6, 7, 8, 9));
 }
 
 TEST_F(SubscriptionBehaviourTest, NotifiesTheFirstValueOnly) {
-  EXPECT_THAT(told({.tells = SubscriptionBehaviour::Notifies::first_value}), ElementsAre(0));
+  EXPECT_THAT(notified_values({.tells = SubscriptionBehaviour::Notifies::first_value}),
+              ElementsAre(0));
 }
 
 TEST_F(SubscriptionBehaviourTest, NotifiesNothing) {
-  EXPECT_THAT(told({.tells = SubscriptionBehaviour::Notifies::nothing}), IsEmpty());
+  EXPECT_THAT(notified_values({.tells = SubscriptionBehaviour::Notifies::nothing}), IsEmpty());
 }
 
 TEST_F(SubscriptionBehaviourTest, LosesEveryThirdNotification) {
-  EXPECT_THAT(told({.lose_every = 3}), ElementsAre(0, 1, 3, 4, 6, 7, 9));
+  EXPECT_THAT(notified_values({.lose_every = 3}), ElementsAre(0, 1, 3, 4, 6, 7, 9));
 }
 
 TEST_F(SubscriptionBehaviourTest, NotifiesLate) {
-  EXPECT_THAT(told({.delay = 7ms}), ElementsAre(0, 1, 2, 3, 4, 5, 6, 7));
+  EXPECT_THAT(notified_values({.delay = 7ms}), ElementsAre(0, 1, 2, 3, 4, 5, 6, 7));
 }
 
 TEST_F(SubscriptionsTest, SamplesAtMostOnceInATaskCycle) {

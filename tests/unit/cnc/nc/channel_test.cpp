@@ -199,19 +199,19 @@ TEST_F(NcChannel, RunsASubprogramAsItIsWhenItsRunBegins) {
     std::string text;
   } programs;
   Channel sut;
-  std::vector<std::string> said;
+  std::vector<std::string> texts;
   for (const char* text : {"before", "after"}) {
     programs.text = "#MSG [\"" + std::string(text) + "\"]\nM17\n";
     start(sut, "L CYCLE [NAME=\"part.cyc\"]\nM30\n");
     for (int i = 0; i < 3; ++i) {
       for (const Event& event : sut.tick(now_ += 1s, programs)) {
         if (const auto* message = std::get_if<MessageEvent>(&event)) {
-          said.push_back(message->text);
+          texts.push_back(message->text);
         }
       }
     }
   }
-  EXPECT_EQ(said, (Texts{"before", "after"}));
+  EXPECT_EQ(texts, (Texts{"before", "after"}));
 }
 
 }  // namespace

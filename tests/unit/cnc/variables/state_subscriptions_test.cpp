@@ -66,7 +66,7 @@ class StateSubscriptionsTest : public testing::Test {
     client.emplace(io.get_executor(), client_options);
     ASSERT_TRUE(tests::wait_for(io, client->connect()));
     sut.emplace(*client, "CH[{channel}].{variable}",
-                [this](auto&&... what) { told.emplace_back(what...); });
+                [this](auto&&... what) { notified.emplace_back(what...); });
   }
   std::vector<SubscriptionOutcome> subscribe(std::vector<std::uint16_t> channels) {
     return tests::wait_for(io, sut->subscribe(std::move(channels)));
@@ -78,8 +78,8 @@ class StateSubscriptionsTest : public testing::Test {
     ASSERT_TRUE(tests::run_until(io, [&] { return done; }));
   }
   using Word = std::tuple<std::uint16_t, ServiceVariable, std::optional<std::uint32_t>>;
-  bool is_told(const Word& word) {
-    return tests::run_until(io, [&] { return std::ranges::count(told, word) > 0; });
+  bool is_notified(const Word& word) {
+    return tests::run_until(io, [&] { return std::ranges::count(notified, word) > 0; });
   }
 
   boost::asio::io_context io;
@@ -88,7 +88,7 @@ class StateSubscriptionsTest : public testing::Test {
   ads::SumCommands with_sums{symbols};
   std::optional<ads::Server> server;
   std::optional<ads::Client> client;
-  std::vector<Word> told;
+  std::vector<Word> notified;
   std::optional<StateSubscriptions> sut;
 };
 
@@ -99,15 +99,15 @@ TEST_F(StateSubscriptionsTest, PassesTheFirstValuesAndTheChanges) {
   const auto outcomes = subscribe({1, 2});
   EXPECT_EQ(outcomes.at(0).error, ErrorCode::none);
   EXPECT_EQ(outcomes.at(1).error, ErrorCode::none);
-  EXPECT_TRUE(is_told({2, response_state, 0}));
+  EXPECT_TRUE(is_notified({2, response_state, 0}));
   cnc.values[2] = 7;
-  EXPECT_TRUE(is_told({2, request_state, 7}));
+  EXPECT_TRUE(is_notified({2, request_state, 7}));
 }
 
 TEST_F(StateSubscriptionsTest, WorksWithoutSumCommands) {
   start(false);
   EXPECT_EQ(subscribe({1, 2}).at(1).error, ErrorCode::none);
-  EXPECT_TRUE(is_told({2, request_state, 0}));
+  EXPECT_TRUE(is_notified({2, request_state, 0}));
 }
 
 TEST_F(StateSubscriptionsTest, NamesAVariableWithoutAHandleAndSubscribesTheOthers) {
@@ -116,7 +116,7 @@ TEST_F(StateSubscriptionsTest, NamesAVariableWithoutAHandleAndSubscribesTheOther
   EXPECT_EQ(outcomes.at(0).error, ErrorCode::none);
   EXPECT_EQ(outcomes.at(1).error, ErrorCode::symbol_not_found);
   EXPECT_THAT(outcomes.at(1).refusal, HasSubstr("CH[3].V.G.SERVICE.REQUEST_STATE: 0x710"));
-  EXPECT_TRUE(is_told({1, request_state, 0}));
+  EXPECT_TRUE(is_notified({1, request_state, 0}));
 }
 
 TEST_F(StateSubscriptionsTest, NeitherStateIsNotifiedWhereOneIsRefused) {
@@ -124,12 +124,12 @@ TEST_F(StateSubscriptionsTest, NeitherStateIsNotifiedWhereOneIsRefused) {
   const auto outcomes = subscribe({1, 2});
   EXPECT_EQ(outcomes.at(0).error, ErrorCode::none);
   EXPECT_EQ(outcomes.at(1).error, ErrorCode::no_more_handles);
-  ASSERT_TRUE(is_told({1, request_state, 0}));
-  told.clear();
+  ASSERT_TRUE(is_notified({1, request_state, 0}));
+  notified.clear();
   cnc.values[2] = 7;
   cnc.values[0] = 1;
-  ASSERT_TRUE(is_told({1, request_state, 1}));
-  EXPECT_THAT(told, ElementsAre(Word{1, request_state, 1}));
+  ASSERT_TRUE(is_notified({1, request_state, 1}));
+  EXPECT_THAT(notified, ElementsAre(Word{1, request_state, 1}));
   EXPECT_EQ(symbols.handles(), 2U) << "the handles of channel 2 are released";
 }
 
@@ -159,7 +159,7 @@ TEST_F(StateSubscriptionsTest, ReportsThatTheControllerDoesNotAnswer) {
   client->close();
   const auto outcomes = subscribe({1});
   EXPECT_EQ(outcomes.at(0).error, ErrorCode::link_down);
-  EXPECT_THAT(told, IsEmpty());
+  EXPECT_THAT(notified, IsEmpty());
 }
 
 }  // namespace

@@ -292,8 +292,8 @@ TEST_F(ArchiveTest, WritesNothingIntoAForeignDatabase) {
   EXPECT_EQ(sut.file(), numbered(3));
   EXPECT_THAT(reported, HasSubstr("archive-000002.db is damaged or not a file of an archive"));
   EXPECT_THAT(sut.append({put(1), put(2)}, morning), ElementsAre(1, 2));
-  SQLite::Database theirs(numbered(2).string());
-  EXPECT_FALSE(theirs.tableExists("put"));
+  SQLite::Database foreign(numbered(2).string());
+  EXPECT_FALSE(foreign.tableExists("put"));
 }
 
 TEST_F(ArchiveTest, ContinuesTheIdsWhereTheNewestFileIsEmpty) {

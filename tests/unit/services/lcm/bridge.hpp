@@ -52,10 +52,10 @@ std::vector<Message> sent(const Actions& actions, const std::string& channel) {
   return found;
 }
 
-inline std::string said(const Actions& actions) {
+inline std::string log_of(const Actions& actions) {
   std::string text;
-  for (const LogLine& say : all<LogLine>(actions)) {
-    text += say.text + "\n";
+  for (const LogLine& line : all<LogLine>(actions)) {
+    text += line.text + "\n";
   }
   return text;
 }

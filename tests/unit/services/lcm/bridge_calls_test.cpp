@@ -62,7 +62,7 @@ TEST_F(BridgeWithProgram, IgnoresAnAnswerFromAnotherSocket) {
   give(17);
   const Actions forged = answer(tests::reply(name(17), "yes"), elsewhere);
   EXPECT_THAT(all<Answer>(forged), IsEmpty());
-  EXPECT_THAT(said(forged), HasSubstr("comes from 127.0.0.1:4001 with the number of program"));
+  EXPECT_THAT(log_of(forged), HasSubstr("comes from 127.0.0.1:4001 with the number of program"));
   EXPECT_THAT(answer(tests::reply(name(17), "yes"), elsewhere), IsEmpty());
   EXPECT_THAT(all<Answer>(answer(tests::reply(name(17), "yes"))), SizeIs(1));
 }
@@ -76,12 +76,12 @@ TEST_F(BridgeWithProgram, IgnoresAnAnswerFromAnotherProgram) {
   message.program = 43;
   const Actions actions = answer(message, elsewhere);
   EXPECT_THAT(all<Answer>(actions), IsEmpty());
-  EXPECT_THAT(said(actions), HasSubstr("answers attempt 1 of call " + name(17) +
-                                       ", which was not dispatched to it"));
+  EXPECT_THAT(log_of(actions), HasSubstr("answers attempt 1 of call " + name(17) +
+                                         ", which was not dispatched to it"));
 }
 
 TEST_F(BridgeWithProgram, IgnoresUnexpectedAnswers) {
-  EXPECT_THAT(said(answer(tests::reply(name(18), "yes"))),
+  EXPECT_THAT(log_of(answer(tests::reply(name(18), "yes"))),
               HasSubstr("which was not dispatched to it"));
   give(17);
   reply_t later = tests::reply(name(17), "yes");
@@ -89,7 +89,7 @@ TEST_F(BridgeWithProgram, IgnoresUnexpectedAnswers) {
   EXPECT_THAT(all<Answer>(answer(later)), IsEmpty());
   reply_t unknown = tests::reply(name(17), "yes");
   unknown.program = 44;
-  EXPECT_THAT(said(answer(unknown)), HasSubstr("but has not announced itself"));
+  EXPECT_THAT(log_of(answer(unknown)), HasSubstr("but has not announced itself"));
 }
 
 TEST_F(BridgeWithProgram, LimitsTheLogOfInvalidMessages) {
@@ -103,7 +103,7 @@ TEST_F(BridgeWithProgram, LimitsTheLogOfInvalidMessages) {
   EXPECT_EQ(count, 4U);
   pass(61s);
   present();
-  EXPECT_THAT(said(sut->on_time(now.steady)), HasSubstr("and 19998 more like this in 60 s"));
+  EXPECT_THAT(log_of(sut->on_time(now.steady)), HasSubstr("and 19998 more like this in 60 s"));
 }
 
 TEST_F(BridgeWithProgram, ReplacesAnAnswerThatTheControllerCannotHaveByAnError) {
@@ -147,7 +147,7 @@ TEST_F(BridgeWithProgram, LeavesOutAnInterimAnswerThatDoesNotFit) {
   give(17);
   reply_t message = tests::reply(name(17), std::string(128, 'x'));
   message.kind = reply_t::INTERIM;
-  EXPECT_THAT(said(answer(message)), HasSubstr("is dropped: it has 128 bytes, at most 127 fit"));
+  EXPECT_THAT(log_of(answer(message)), HasSubstr("is dropped: it has 128 bytes, at most 127 fit"));
   EXPECT_THAT(all<Answer>(answer(tests::reply(name(17), "yes"))), SizeIs(1));
 }
 
@@ -206,7 +206,7 @@ TEST_F(BridgeWithProgram, AcceptsAnAnswerOfTheAttemptThatStillRuns) {
 }
 
 TEST_F(BridgeWithProgram, DoesNotRetryWhatWasRefused) {
-  EXPECT_THAT(said(sut->on_refused(registration, "no", now.steady)),
+  EXPECT_THAT(log_of(sut->on_refused(registration, "no", now.steady)),
               HasSubstr("cannot be served: no"));
   EXPECT_THAT(present(), IsEmpty());
   pass(1s);

@@ -23,7 +23,7 @@ TEST_F(BridgeTest, RegistersAProgramThatAnnouncesItself) {
   const Actions actions = present();
   EXPECT_EQ(only<Register>(actions).announcement.uuid, uuid);
   EXPECT_EQ(only<Register>(actions).announcement.name, "press");
-  EXPECT_THAT(said(actions), HasSubstr("at 127.0.0.1:4000 is there: press"));
+  EXPECT_THAT(log_of(actions), HasSubstr("at 127.0.0.1:4000 is there: press"));
   pass(200ms);
   EXPECT_THAT(present(), IsEmpty());
 }
@@ -53,7 +53,7 @@ TEST_F(BridgeWithProgram, UnregistersASilentProgram) {
   EXPECT_THAT(pass_in_ticks(rules.silence), IsEmpty());
   const Actions actions = pass_in_ticks(1ms);
   EXPECT_EQ(only<Unregister>(actions).number, registration);
-  EXPECT_THAT(said(actions), HasSubstr("is gone: silent for 1000 ms; 1 of its calls go to"));
+  EXPECT_THAT(log_of(actions), HasSubstr("is gone: silent for 1000 ms; 1 of its calls go to"));
   // No response to the NC program: the call moves on.
   EXPECT_THAT(all<Answer>(actions), IsEmpty());
   EXPECT_THAT(give(2), IsEmpty());
@@ -76,7 +76,7 @@ TEST_F(BridgeWithProgram, UnregistersNoProgramAfterItsOwnStandstill) {
 TEST_F(BridgeWithProgram, IgnoresAnotherProgramWithTheSameNumber) {
   const Actions actions = present(tests::presence(microseconds()), elsewhere);
   EXPECT_THAT(all<Register>(actions), IsEmpty());
-  EXPECT_THAT(said(actions), HasSubstr("is at 127.0.0.1:4000 and also at 127.0.0.1:4001"));
+  EXPECT_THAT(log_of(actions), HasSubstr("is at 127.0.0.1:4000 and also at 127.0.0.1:4001"));
   // It does not keep the first one alive either.
   pass_in_ticks(rules.silence);
   present(tests::presence(microseconds()), elsewhere);
@@ -86,16 +86,16 @@ TEST_F(BridgeWithProgram, IgnoresAnotherProgramWithTheSameNumber) {
 TEST_F(BridgeTest, IgnoresPresenceMessagesOfALog) {
   const Actions actions = present(tests::presence(microseconds() - 3'600'000'000), there);
   EXPECT_THAT(all<Register>(actions), IsEmpty());
-  EXPECT_THAT(said(actions),
+  EXPECT_THAT(log_of(actions),
               HasSubstr("3600000 ms before this host's: the clocks differ, or a log is played"));
-  EXPECT_THAT(said(present(tests::presence(microseconds() + 1'001'000), elsewhere)), IsEmpty());
+  EXPECT_THAT(log_of(present(tests::presence(microseconds() + 1'001'000), elsewhere)), IsEmpty());
 }
 
 TEST_F(BridgeTest, ServesOnlyNamedUuidsIfConfigured) {
   rules.any_uuid = false;
   rules.services["other"] = {};
   sut = std::make_unique<Bridge>(rules);
-  EXPECT_THAT(said(present()), HasSubstr("which the configuration does not name"));
+  EXPECT_THAT(log_of(present()), HasSubstr("which the configuration does not name"));
   presence_t named = tests::presence(microseconds());
   named.uuid = "other";
   EXPECT_EQ(only<Register>(present(named, there)).announcement.uuid, "other");
@@ -121,7 +121,7 @@ TEST_F(BridgeTest, LimitsTheNumberOfPrograms) {
     message.program = number;
     const Actions actions = present(message, there);
     if (number == 65) {
-      EXPECT_THAT(said(actions), HasSubstr("64 programs are served, the limit"));
+      EXPECT_THAT(log_of(actions), HasSubstr("64 programs are served, the limit"));
     } else if (number > 65) {
       ASSERT_THAT(actions, IsEmpty());
     }
@@ -136,7 +136,7 @@ TEST_F(BridgeTest, ServesWhatIsNoUuidOnlyIfTheConfigurationNamesIt) {
   message.uuid = "nonsense";
   const Actions refused = present(message, there);
   EXPECT_THAT(all<Register>(refused), IsEmpty());
-  EXPECT_THAT(said(refused), HasSubstr("announces 'nonsense', which is not a UUID"));
+  EXPECT_THAT(log_of(refused), HasSubstr("announces 'nonsense', which is not a UUID"));
   message.uuid = "press";
   EXPECT_THAT(all<Register>(present(message, there)), SizeIs(1));
 }
@@ -199,7 +199,7 @@ TEST_F(BridgeWithProgram, RegistersAChangedProgramAgainOnceItIsIdle) {
 }
 
 TEST_F(BridgeTest, ReportsThatALongMessageIsNotRead) {
-  EXPECT_THAT(said(sut->on_fragment("MILLRACE_REPLY." + uuid, there, now.steady)),
+  EXPECT_THAT(log_of(sut->on_fragment("MILLRACE_REPLY." + uuid, there, now.steady)),
               HasSubstr("is longer than 65499 bytes; ignored"));
 }
 

@@ -192,14 +192,14 @@ TEST_F(RunnerTest, AllowsAStopCallbackToAnswerTheCancelledCall) {
   sut->on_request(request(1));
   const auto call = next();
   ASSERT_THAT(call, NotNull());
-  bool told = false;
+  bool stopped = false;
   const std::stop_callback callback(call->stop_token(), [&] {
-    told = true;
+    stopped = true;
     call->answer({.text = "stopped"});
   });
-  EXPECT_FALSE(told);
+  EXPECT_FALSE(stopped);
   withdraw();
-  EXPECT_TRUE(told);
+  EXPECT_TRUE(stopped);
   EXPECT_EQ(sut->remembered(), 0U) << "its run has ended";
 }
 

@@ -251,11 +251,11 @@ TEST_F(ServiceTest, LeavesOnAnOperatorsCommand) {
   ASSERT_TRUE(commands.write(command));
   sut.wait();
   EXPECT_TRUE(until([&] { return gateway.ready.empty(); }));
-  const auto told = outcomes.take();
-  ASSERT_THAT(told, SizeIs(1));
-  EXPECT_EQ(told.front().value.responder, id);
-  EXPECT_EQ(told.front().value.command, command.id);
-  EXPECT_TRUE(told.front().value.done);
+  const auto taken = outcomes.take();
+  ASSERT_THAT(taken, SizeIs(1));
+  EXPECT_EQ(taken.front().value.responder, id);
+  EXPECT_EQ(taken.front().value.command, command.id);
+  EXPECT_TRUE(taken.front().value.done);
 }
 
 TEST_F(ServiceTest, AnswersAPing) {
@@ -267,15 +267,15 @@ TEST_F(ServiceTest, AnswersAPing) {
   const fabric::Command ping{
       .id = fabric::InstanceId::random(), .kind = fabric::CommandKind::ping, .instance = id};
   ASSERT_TRUE(commands.write(ping));
-  std::vector<fabric::wire::Taken<fabric::Outcome>> told;
+  std::vector<fabric::wire::Taken<fabric::Outcome>> taken;
   ASSERT_TRUE(until([&] {
-    if (told.empty()) {
-      told = outcomes.take();
+    if (taken.empty()) {
+      taken = outcomes.take();
     }
-    return !told.empty();
+    return !taken.empty();
   }));
-  EXPECT_EQ(told.front().value.command, ping.id);
-  EXPECT_EQ(told.front().value.responder, id);
+  EXPECT_EQ(taken.front().value.command, ping.id);
+  EXPECT_EQ(taken.front().value.responder, id);
 }
 
 TEST_F(ServiceTest, OutlivesCallsThatAreHeldLongerThanItself) {
@@ -430,10 +430,10 @@ class AnIdleProcess : public ServiceTest {
   std::shared_ptr<SharedParticipant> sut = std::make_shared<SharedParticipant>(
       fabric::dds::ParticipantOptions{.domain = domain.number(), .lease = std::chrono::seconds(4)},
       base::program::no_log());
-  std::vector<fabric::Heartbeat> heard;
+  std::vector<fabric::Heartbeat> received;
   fabric::wire::Subscription<fabric::Heartbeat> heartbeats{
       participant, context.get_executor(), participant.options().fabric,
-      [this](const auto& taken) { heard.push_back(taken.value); }};
+      [this](const auto& taken) { received.push_back(taken.value); }};
 };
 
 TEST_F(AnIdleProcess, SendsAHeartbeatSoonAfterARequest) {
@@ -449,14 +449,15 @@ TEST_F(AnIdleProcess, SendsAHeartbeatSoonAfterARequest) {
       base::program::no_log());
   ASSERT_TRUE(until_ready(service));
   // The first second counts as busy; a heartbeat in it is followed by another one after a second.
-  ASSERT_TRUE(until([&] { return !heard.empty() && heard.back().at - started > 1500ms; }));
+  ASSERT_TRUE(until([&] { return !received.empty() && received.back().at - started > 1500ms; }));
   const fabric::Time asked = std::chrono::system_clock::now();
   call(request(service, 1));
   const auto lists_a_call = [](const fabric::Heartbeat& heartbeat) {
     return !heartbeat.loads.empty() && !heartbeat.loads.front().calls.empty();
   };
-  ASSERT_TRUE(until([&] { return lists_a_call(heard.back()); }));
-  EXPECT_LT(heard.back().at - asked, 2s) << "one a second with calls, one in three seconds without";
+  ASSERT_TRUE(until([&] { return lists_a_call(received.back()); }));
+  EXPECT_LT(received.back().at - asked, 2s)
+      << "one a second with calls, one in three seconds without";
   latch.open();
   EXPECT_EQ(next_reply().call, request(service, 1).call);
 }

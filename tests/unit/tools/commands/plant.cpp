@@ -268,10 +268,10 @@ Entry queue(const std::string& name, Integers numbers, const std::string& drain,
                                    "waiting", "response_state"}) {
     queue.values.push_back(value(number, uns32, Integers{numbers[i++]}));
   }
-  for (const auto& [text, it] :
+  for (const auto& [text, content] :
        {std::pair("response", std::string("ok")), std::pair("array", "SD." + name),
         std::pair("uuid", alarm_log), std::pair("drain", drain)}) {
-    queue.values.push_back(value(text, string, Texts{it}));
+    queue.values.push_back(value(text, string, Texts{content}));
   }
   for (fabric::Value& number : queue.values) {
     if (!trouble.empty() && number.name.starts_with("last_")) {

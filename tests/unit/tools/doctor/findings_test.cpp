@@ -153,36 +153,36 @@ TEST(TheInterfacesOfAHost, OnWhichProgramsListenAreReadFromItsGroups) {
   EXPECT_THAT(listening_interfaces_in(""), IsEmpty());
 }
 
-constexpr EndpointQos ours{.reliable = true, .durability = DDS_DURABILITY_TRANSIENT_LOCAL};
+constexpr EndpointQos durable{.reliable = true, .durability = DDS_DURABILITY_TRANSIENT_LOCAL};
 
 TEST(TheQosOfTwoEndpoints, FitsItself) {
-  EXPECT_THAT(misfits(ours, ours), IsEmpty());
+  EXPECT_THAT(misfits(durable, durable), IsEmpty());
 }
 
 TEST(TheQosOfTwoEndpoints, FitsIfMoreIsOfferedThanRequested) {
   const EndpointQos modest{.reliable = false, .durability = DDS_DURABILITY_VOLATILE};
-  EXPECT_THAT(misfits(ours, modest), IsEmpty());
+  EXPECT_THAT(misfits(durable, modest), IsEmpty());
 }
 
 TEST(TheQosOfTwoEndpoints, NamesEveryPolicyThatOffersTooLittle) {
   const EndpointQos modest{.reliable = false, .durability = DDS_DURABILITY_VOLATILE};
   EXPECT_THAT(
-      misfits(modest, ours),
+      misfits(modest, durable),
       ElementsAre(HasSubstr("reliability: best effort is offered, reliable is requested"),
                   HasSubstr("durability: volatile is offered, transient local is requested")));
-  EndpointQos strict = ours;
+  EndpointQos strict = durable;
   strict.deadline = 5'000'000;
   strict.exclusive = true;
   strict.liveliness = DDS_LIVELINESS_MANUAL_BY_TOPIC;
   strict.lease = 1'000'000;
   strict.by_source_time = true;
-  EXPECT_THAT(misfits(ours, strict),
+  EXPECT_THAT(misfits(durable, strict),
               ElementsAre(HasSubstr("deadline: none is offered, 5 ms"), HasSubstr("ownership"),
                           HasSubstr("liveliness: automatic"), HasSubstr("liveliness lease"),
                           HasSubstr("destination order")));
-  EndpointQos slow = ours;
+  EndpointQos slow = durable;
   slow.latency_budget = 1;
-  EXPECT_THAT(misfits(slow, ours), ElementsAre(HasSubstr("latency budget")));
+  EXPECT_THAT(misfits(slow, durable), ElementsAre(HasSubstr("latency budget")));
 }
 
 TEST(TheQosOfTwoEndpoints, HasTheStandardsDefaults) {

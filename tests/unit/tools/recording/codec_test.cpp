@@ -116,26 +116,26 @@ TEST(RecordingCodec, DoesNotWidenAChannelScopeThatItCannotRead) {
 }
 
 TEST(RecordingCodec, RecordsTopicAndQosOfItsSamples) {
-  const auto says = [](const Sample& sample, const fabric::wire::Topic& topic) {
-    const mcap::StringMap said = origin_metadata({.sample = sample});
-    EXPECT_EQ(said.at("dds_topic"), topic.name);
+  const auto expect_origin = [](const Sample& sample, const fabric::wire::Topic& topic) {
+    const mcap::StringMap metadata = origin_metadata({.sample = sample});
+    EXPECT_EQ(metadata.at("dds_topic"), topic.name);
     EXPECT_EQ(
-        said.at("dds_qos"),
+        metadata.at("dds_qos"),
         fmt::format("{}, {}, keep last {}", topic.best_effort ? "best effort" : "reliable",
                     topic.transient_local ? "transient local" : "volatile", topic.writer_depth));
   };
-  says(fabric::Request{}, fabric::wire::request_topic);
-  says(fabric::Reply{}, fabric::wire::reply_topic);
-  says(Withdrawal{}, fabric::wire::request_topic);
-  says(fabric::ChannelStatus{}, fabric::wire::channel_topic);
-  says(fabric::InstanceStatus{}, fabric::wire::heartbeat_topic);
-  says(fabric::Event{}, fabric::wire::event_topic);
-  says(fabric::Command{}, fabric::wire::command_topic);
-  says(fabric::Outcome{}, fabric::wire::outcome_topic);
-  says(fabric::MachineStatus{}, fabric::wire::machine_topic);
-  says(fabric::DataSample{}, fabric::wire::data_topic);
-  says(fabric::ProgramEvent{}, fabric::wire::program_topic);
-  says(AlarmNews{}, fabric::wire::alarm_topic);
+  expect_origin(fabric::Request{}, fabric::wire::request_topic);
+  expect_origin(fabric::Reply{}, fabric::wire::reply_topic);
+  expect_origin(Withdrawal{}, fabric::wire::request_topic);
+  expect_origin(fabric::ChannelStatus{}, fabric::wire::channel_topic);
+  expect_origin(fabric::InstanceStatus{}, fabric::wire::heartbeat_topic);
+  expect_origin(fabric::Event{}, fabric::wire::event_topic);
+  expect_origin(fabric::Command{}, fabric::wire::command_topic);
+  expect_origin(fabric::Outcome{}, fabric::wire::outcome_topic);
+  expect_origin(fabric::MachineStatus{}, fabric::wire::machine_topic);
+  expect_origin(fabric::DataSample{}, fabric::wire::data_topic);
+  expect_origin(fabric::ProgramEvent{}, fabric::wire::program_topic);
+  expect_origin(AlarmNews{}, fabric::wire::alarm_topic);
 }
 
 TEST(RecordingCodec, KeepsOnlyTheSizeOfAWithheldText) {

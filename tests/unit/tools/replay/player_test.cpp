@@ -299,31 +299,31 @@ TEST_F(AsServiceTest, SendsHeartbeatsForItsInstancesAndNamesTheCallsTheyHave) {
   stand_in({.calls = {planned(1, 0ms, 1h), planned(1, 20ms, 0ms)}});
   EXPECT_EQ(sut->instances().at(0).lease, participant.options().lease);
 
-  fabric::InstanceLoad told;
-  const auto until_told = [&](const std::function<bool()>& enough) {
+  fabric::InstanceLoad last_load;
+  const auto until_load = [&](const std::function<bool()>& enough) {
     return run_until(io, [&] {
       for (const auto& taken : heartbeats.take()) {
         for (const fabric::InstanceLoad& load : taken.value.loads) {
-          told = load;
+          last_load = load;
         }
       }
       return enough();
     });
   };
   const fabric::InstanceId instance = sut->instances().at(0).id;
-  ASSERT_TRUE(until_told([&] { return told.status.instance == instance; }));
-  EXPECT_THAT(told.calls, IsEmpty());
+  ASSERT_TRUE(until_load([&] { return last_load.status.instance == instance; }));
+  EXPECT_THAT(last_load.calls, IsEmpty());
 
   const fabric::Request request = given(1);
   sut->on_request(request);
-  ASSERT_TRUE(until_told([&] { return told.status.running == 1; }));
-  EXPECT_THAT(told.calls, ElementsAre(request.call));
+  ASSERT_TRUE(until_load([&] { return last_load.status.running == 1; }));
+  EXPECT_THAT(last_load.calls, ElementsAre(request.call));
 
   sut->on_withdrawn(fabric::key_of(request));
   sut->on_request(given(2));
-  ASSERT_TRUE(until_told([&] { return told.status.answered == 1; }));
-  EXPECT_EQ(told.status.cancelled, 1U);
-  EXPECT_THAT(told.calls, IsEmpty());
+  ASSERT_TRUE(until_load([&] { return last_load.status.answered == 1; }));
+  EXPECT_EQ(last_load.status.cancelled, 1U);
+  EXPECT_THAT(last_load.calls, IsEmpty());
 }
 
 }  // namespace

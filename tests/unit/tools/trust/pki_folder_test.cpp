@@ -230,11 +230,11 @@ TEST_F(PkiFolderTest, KeepsOldAndNewCredentialsValidForEachOtherWhenItsCasAreRen
   fs::copy(folder / "root", folder / "old", fs::copy_options::recursive);
   ASSERT_TRUE(sut.renew_authorities(3650, 825, {}, now + std::chrono::days(20)));
   fs::copy(folder / "root", folder / "new", fs::copy_options::recursive);
-  for (const char* theirs : {"identity_authority.pem", "permissions_authority.pem"}) {
-    EXPECT_NE(content_of(folder / "old" / theirs), content_of(folder / "new" / theirs));
-    fs::rename(folder / "old" / theirs, folder / "kept");
-    fs::rename(folder / "new" / theirs, folder / "old" / theirs);
-    fs::rename(folder / "kept", folder / "new" / theirs);
+  for (const char* ca_file : {"identity_authority.pem", "permissions_authority.pem"}) {
+    EXPECT_NE(content_of(folder / "old" / ca_file), content_of(folder / "new" / ca_file));
+    fs::rename(folder / "old" / ca_file, folder / "kept");
+    fs::rename(folder / "new" / ca_file, folder / "old" / ca_file);
+    fs::rename(folder / "kept", folder / "new" / ca_file);
   }
   // Lists signed by either CA count; a host accepts none that is older than its certificate.
   EXPECT_TRUE(fabric::trust::read_revoked(folder / "old"));

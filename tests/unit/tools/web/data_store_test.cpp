@@ -45,7 +45,7 @@ DataSample sample(std::vector<Value> values, double ms, const std::string& group
 
 class ADataStore : public testing::Test {
  protected:
-  void tell(const DataSample& told, double ms) { sut.add(told, at(ms)); }
+  void tell(const DataSample& data, double ms) { sut.add(data, at(ms)); }
   [[nodiscard]] boost::json::object line(const std::string& variable = "1/axes/X",
                                          fabric::Time since = {}) const {
     const auto series = sut.history("press", {{variable, since}}, at(0)).at("series").as_array();
@@ -55,8 +55,8 @@ class ADataStore : public testing::Test {
   [[nodiscard]] std::vector<std::string> values(const std::string& variable = "1/axes/X",
                                                 fabric::Time since = {}) const {
     std::vector<std::string> out;
-    const boost::json::object told = line(variable, since);
-    for (const auto& value : told.at("values").as_array()) {
+    const boost::json::object series = line(variable, since);
+    for (const auto& value : series.at("values").as_array()) {
       out.push_back(value.is_null() ? "-" : fmt::format("{}", value.to_number<double>()));
     }
     return out;
@@ -243,13 +243,13 @@ TEST_F(ADataStore, KeepsNoMoreThanItHasRoomForAndCountsWhatIsLeftOut) {
 }
 
 TEST_F(ADataStore, IgnoresImpossibleTimes) {
-  for (const auto said : {fabric::Time::max(), fabric::Time::min(), fabric::Time{}}) {
+  for (const auto time : {fabric::Time::max(), fabric::Time::min(), fabric::Time{}}) {
     Value odd = real(1, 0);
-    odd.at = said;
-    DataSample told = sample({odd}, 0, "odd");
-    told.at = said;
-    tell(told, 1000);
-    tell(DataSample{.key = {"press", 1}, .group = "odd", .at = said}, 2000);
+    odd.at = time;
+    DataSample odd_sample = sample({odd}, 0, "odd");
+    odd_sample.at = time;
+    tell(odd_sample, 1000);
+    tell(DataSample{.key = {"press", 1}, .group = "odd", .at = time}, 2000);
   }
   EXPECT_THAT(values("1/odd/X"), testing::Not(IsEmpty()));
 }

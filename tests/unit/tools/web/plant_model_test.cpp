@@ -130,13 +130,13 @@ TEST_F(APlantModel, ShowsRequestAndInstanceOfTheCallUnderWay) {
   add({machine(1, "gw"), instance(Change::ready), channel(fabric::ChannelState::running, 17)});
   const auto entries = one_call(17, 0);
   add({entries[0], entries[1], entries[2]});
-  const boost::json::object told = first(sut.snapshot(after(10)), "channels");
-  EXPECT_EQ(told.at("request"), "2");
-  EXPECT_EQ(told.at("request_state"), 1);
-  EXPECT_EQ(told.at("name"), "sq1");
-  EXPECT_EQ(told.at("host"), "hall");
-  EXPECT_EQ(told.at("service"), "sq1");
-  EXPECT_EQ(told.at("view").at("state"), "running");
+  const boost::json::object channel_json = first(sut.snapshot(after(10)), "channels");
+  EXPECT_EQ(channel_json.at("request"), "2");
+  EXPECT_EQ(channel_json.at("request_state"), 1);
+  EXPECT_EQ(channel_json.at("name"), "sq1");
+  EXPECT_EQ(channel_json.at("host"), "hall");
+  EXPECT_EQ(channel_json.at("service"), "sq1");
+  EXPECT_EQ(channel_json.at("view").at("state"), "running");
 }
 
 TEST_F(APlantModel, ShowsTheDataOfAGatewayAgainAfterAShortSilence) {
@@ -208,8 +208,8 @@ TEST_F(APlantModel, SaysThatAChannelIsThereNoLonger) {
   Entry gone = channel(fabric::ChannelState::link_down);
   std::get<fabric::ChannelStatus>(gone.sample).gone = true;
   add({gone, machine(1, "gw")});
-  const auto told = *sut.changes(after(1000));
-  EXPECT_EQ(told.at("gone").at("channels").at(0).at("machine"), "cnc");
+  const auto changes = *sut.changes(after(1000));
+  EXPECT_EQ(changes.at("gone").at("channels").at(0).at("machine"), "cnc");
   EXPECT_EQ(sut.snapshot(after(1000)).at("channels").as_array().size(), 0U);
 }
 
@@ -225,10 +225,10 @@ TEST_F(APlantModel, ShowsThatTheProgramOfAChannelWasAborted) {
   add({{.at = at(0), .sample = aborted}});
   const auto changes = sut.changes(after(1000));
   ASSERT_TRUE(changes);
-  const auto told = first(*changes, "channels").at("program").as_object();
-  EXPECT_EQ(told.at("state"), "aborted");
-  EXPECT_EQ(told.at("name"), "good.nc");
-  EXPECT_EQ(told.at("error"), 455);
+  const auto program = first(*changes, "channels").at("program").as_object();
+  EXPECT_EQ(program.at("state"), "aborted");
+  EXPECT_EQ(program.at("name"), "good.nc");
+  EXPECT_EQ(program.at("error"), 455);
   // Its gateway may be heard later than the program.
   add({machine(1, "gw")});
   EXPECT_TRUE(first(sut.snapshot(after(1500)), "channels").contains("program"));
@@ -392,10 +392,10 @@ TEST_F(APlantModel, ShowsWhatAnUnservedRequestContains) {
                                 .uuid = square_root,
                                 .text = "part 7",
                                 .state = 3}}});
-  const boost::json::object told = first(sut.snapshot(after(10)), "channels");
-  EXPECT_EQ(told.at("request"), "part 7");
-  EXPECT_EQ(told.at("request_state"), 3);
-  EXPECT_EQ(told.at("uuid").as_string(), square_root);
+  const boost::json::object channel_json = first(sut.snapshot(after(10)), "channels");
+  EXPECT_EQ(channel_json.at("request"), "part 7");
+  EXPECT_EQ(channel_json.at("request_state"), 3);
+  EXPECT_EQ(channel_json.at("uuid").as_string(), square_root);
   add({channel(fabric::ChannelState::idle)});
   EXPECT_FALSE(first(sut.snapshot(after(20)), "channels").contains("request"));
 }
@@ -448,10 +448,10 @@ TEST_F(APlantModel, ShowsWhoAcknowledgedACauseLast) {
   sut.acknowledge({.cause = "held cnc/1", .name = "cnc/1", .by = "bert", .note = "mine"}, now.wall);
   const auto changes = sut.changes(now);
   ASSERT_TRUE(changes);
-  const boost::json::array& told = changes->at("acknowledged").as_array();
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told.at(0).at("by"), "bert");
-  EXPECT_EQ(sut.snapshot(now).at("acknowledged"), told);
+  const boost::json::array& acknowledged = changes->at("acknowledged").as_array();
+  ASSERT_EQ(acknowledged.size(), 1U);
+  EXPECT_EQ(acknowledged.at(0).at("by"), "bert");
+  EXPECT_EQ(sut.snapshot(now).at("acknowledged"), acknowledged);
   EXPECT_EQ(sut.events().at(0).at("text"), "bert: mine");
   EXPECT_EQ(sut.events().at(1).at("text"), "anna");
   EXPECT_FALSE(sut.changes(now));

@@ -28,8 +28,8 @@ class AProgramStore : public testing::Test {
   }
   [[nodiscard]] std::vector<std::string> states(const ProgramFilter& filter = {}) const {
     std::vector<std::string> out;
-    const boost::json::object told = sut.runs(filter, 100);
-    for (const auto& run : told.at("runs").as_array()) {
+    const boost::json::object found = sut.runs(filter, 100);
+    for (const auto& run : found.at("runs").as_array()) {
       out.emplace_back(run.at("state").as_string());
     }
     return out;

@@ -188,8 +188,9 @@ TEST(TheClientOfARequest, IsThePeerUnlessThatIsATrustedProxy) {
 }
 
 TEST(TheClientOfARequest, IsTheProxyIfThatNamesNoAddress) {
-  for (const std::string said : {"", "unknown", "10.0.0.5, ?", "1.2.3.4:80", "<script>"}) {
-    EXPECT_EQ(client_of(forwarded({said}), "127.0.0.1", {"127.0.0.1"}), "127.0.0.1") << said;
+  for (const std::string forwarded_for : {"", "unknown", "10.0.0.5, ?", "1.2.3.4:80", "<script>"}) {
+    EXPECT_EQ(client_of(forwarded({forwarded_for}), "127.0.0.1", {"127.0.0.1"}), "127.0.0.1")
+        << forwarded_for;
   }
 }
 

@@ -34,9 +34,9 @@ class AThrottle : public testing::Test {
 // password was to be guessed.
 TEST_F(AThrottle, LimitsAnAddressThatTriesManyNamesAndForgetsNoneOfThem) {
   EXPECT_EQ(allowed(10, [](int) { return std::pair("anna", "10.0.0.1"); }), Throttle::free_tries);
-  const int others =
+  const int with_other_names =
       allowed(5000, [](int i) { return std::pair(fmt::format("name {}", i), "10.0.0.1"); });
-  EXPECT_LE(others, Throttle::free_tries_of_address);
+  EXPECT_LE(with_other_names, Throttle::free_tries_of_address);
   EXPECT_FALSE(may_try("anna", "10.0.0.1"));
 }
 

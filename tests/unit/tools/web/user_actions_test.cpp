@@ -108,8 +108,9 @@ class UserActionsTest : public testing::Test {
                     issued.push_back(command);
                     return word;
                   },
-                  [this](const plant::Acknowledgement& said, const fabric::Moment&) {
-                    acknowledged.push_back(said.by + " takes " + said.cause + ": " + said.note);
+                  [this](const plant::Acknowledgement& acknowledgement, const fabric::Moment&) {
+                    acknowledged.push_back(acknowledgement.by + " takes " + acknowledgement.cause +
+                                           ": " + acknowledgement.note);
                   },
                   [this] { return "secret" + std::to_string(++secrets); },
                   base::program::no_log()};
