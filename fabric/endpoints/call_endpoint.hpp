@@ -68,9 +68,9 @@ class CallEndpoint {
   /// Publishes the pending call of a channel; replaces the request for the same instance and
   /// channel. Fails for text over 127 bytes, a machine name over 63, and for an instance that was
   /// not discovered. The first one of an executor's turn is sent at once, further ones at the
-  /// turn's end: calls that are dispatched together share datagrams. If the instance runs calls at most
-  /// once, the status of the channel that was published last goes out first: a gateway that stands
-  /// by knows of the call before the instance does.
+  /// turn's end: calls that are dispatched together share datagrams. If the instance runs calls at
+  /// most once, the status of the channel that was published last goes out first: a gateway that
+  /// stands by knows of the call before the instance does.
   tl::expected<void, std::string> publish(const Request& request);
   /// Withdraws the pending call of a channel from an instance: a running handler is notified.
   /// Without effect if there is none. Calls that are not withdrawn stay with the instances when

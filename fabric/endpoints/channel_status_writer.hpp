@@ -5,9 +5,9 @@
 //   status_writer.flush();
 //
 // A status waits until flush(), which is called seldom, and a newer one of its channel replaces it:
-// a call changes the status of its channel five times, and each write costs Cyclone 2 us. flush(key)
-// is for a status that a gateway standing by must have before the next step. While there is no
-// reader a status waits for one; a new reader gets it at once, as from Cyclone itself.
+// a call changes the status of its channel five times, and each write costs Cyclone 2 us.
+// flush(key) is for a status that a gateway standing by must have before the next step. While there
+// is no reader a status waits for one; a new reader gets it at once, as from Cyclone itself.
 #pragma once
 
 #include <functional>

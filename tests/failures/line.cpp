@@ -144,6 +144,11 @@ void Line::reach() {
   start_service();
   start_controller();
   start_gateway();
+  if (options_.standby) {
+    gateway_->await_error("link up", long_patience);
+    standby_.emplace(chain_.gateway({"--journal", chain_.folder() / "standby"}));
+    standby_->await_error("stands by", long_patience);
+  }
   switch (options_.point) {
     case Point::accepted:
       gateway_->await_error("cnc/2: call \\S+ seen", long_patience);
@@ -198,6 +203,10 @@ void Line::kill(Victim victim, bool held_frame_arrives) {
       held_frame_arrives ? proxy_.release() : proxy_.cut_before();
       if (options_.point == Point::dispatched) {
         service_->signal(SIGCONT);
+      }
+      if (standby_) {
+        standby_->await_error("taken over", long_patience);
+        standby_->await_error("link up", long_patience);
       }
       start_gateway();
       break;

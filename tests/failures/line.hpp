@@ -46,6 +46,8 @@ struct LineOptions {
   bool journal = true;
   /// On a fabric with trust.
   bool trust = false;
+  /// A second gateway stands by, and has taken over before a killed one is started again.
+  bool standby = false;
   /// The gateway reaches its controller over Secure ADS, whose frames the proxy does not see: only
   /// points without a frame are possible.
   bool secure = false;
@@ -97,6 +99,7 @@ class Line {
   AdsProxy proxy_;
   std::optional<Process> service_;
   std::optional<Process> gateway_;
+  std::optional<Process> standby_;
   std::optional<Process> controller_;
 };
 

@@ -129,6 +129,14 @@ TEST(ATrustedAtMostOnceCall, IsBlockedUntilAnAuthorizedOperatorAnswers) {
   sut.expect_no_call_ran_twice();
 }
 
+// The response is in the journal of the gateway that was killed, and nowhere else.
+TEST(AProgramWithHalfOfItsResponse, ContinuesWhenItsGatewayIsBackBesideTheOneThatTookOver) {
+  Line sut({.point = before_clear, .standby = true});
+  ASSERT_NO_FATAL_FAILURE(sut.reach());
+  sut.kill(gateway, true);
+  sut.expect_every_answer();
+}
+
 struct OnceCase {
   const char* name;
   Victim victim;

@@ -298,8 +298,8 @@ std::unique_ptr<gateway::core::Core> GatewayProcess::make_core(
 
 void GatewayProcess::publish(const fabric::Request& request) {
   checker_.on_publish(request);
-  // The endpoint publishes what waits before an at-most-once request; it can only do so if the status
-  // is there by then.
+  // The endpoint publishes what waits before an at-most-once request; it can only do so if the
+  // status is there by then.
   if (const auto status = statuses_.find(request.key);
       status == statuses_.end() || status->second.call != request.call) {
     history().violated(fmt::format("{} is dispatched before other gateways can know of it",

@@ -101,7 +101,8 @@ TEST_F(Endpoints, KeepTheAnswersToTwoGatewaysApart) {
   EXPECT_THAT(calls, ElementsAre(CallId{7, 2}, CallId{8, 1}));
 }
 
-/// An observer with a context of its own, so that it reads while the gateway's executor stands still.
+/// An observer with a context of its own, so that it reads while the gateway's executor stands
+/// still.
 class ObservedEndpoints : public Endpoints {
  protected:
   bool until_observed(const CallId& call) {
