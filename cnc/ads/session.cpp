@@ -66,7 +66,7 @@ void Session::recognise(const NetId& client, Moment now) {
 
 void Session::end() {
   if (lingering_ != nullptr && client_) {
-    lingering_->keep(*client_, subscriptions_.give_up());
+    lingering_->keep(*client_, std::move(subscriptions_).give_up());
   }
 }
 

@@ -81,11 +81,8 @@ Subscriptions::Time Subscriptions::next_moment(const Subscription& subscription,
   return Time((since / cycle + 1) * cycle + limits_.offset);
 }
 
-Subscriptions::Kept Subscriptions::give_up() {
-  collected_.clear();
-  collected_bytes_ = 0;
-  due_.reset();
-  return {std::exchange(subscriptions_, {}), next_handle_};
+Subscriptions::Kept Subscriptions::give_up() && {
+  return {std::move(subscriptions_), next_handle_};
 }
 
 void Subscriptions::adopt(Kept kept, Moment now) {

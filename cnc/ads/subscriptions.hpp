@@ -105,8 +105,8 @@ class Subscriptions {
   /// When poll() is needed next; after a removal perhaps too early.
   [[nodiscard]] std::optional<Time> next_due() const { return due_; }
 
-  /// Moves all subscriptions out; none are left.
-  Kept give_up();
+  /// What outlives the connection.
+  Kept give_up() &&;
   /// Continues these subscriptions under their old handles, up to the limit.
   void adopt(Kept kept, Moment now);
 

@@ -156,6 +156,7 @@ std::vector<DataType> Symbols::types(std::uint16_t port, const std::vector<Symbo
     names.pop_back();
     auto type = data_type(name, structures_of(port));
     if (!type || found.contains(type->name)) {
+      // A vendor's type, or one that several symbols have.
       continue;
     }
     if (!type->element_type.empty()) {

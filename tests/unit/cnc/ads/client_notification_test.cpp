@@ -140,6 +140,41 @@ TEST_F(ClientNotification, DeletesWhatAnEarlierConnectionHasLeftAtTheController)
   EXPECT_TRUE(notified.empty());
 }
 
+TEST_F(ClientNotification, PassesNothingOnceTheUnsubscriptionHasBegun) {
+  auto peer = establish();
+  const auto later = start(sut->subscribe(552, both(), record));
+  const Bytes granted = ByteWriter().u32(0).u32(7).u32(0).u32(8).take();
+  send(peer, response_to(*receive(peer), encode_data(granted)));
+  finish(later);
+  bool done = false;
+  boost::asio::co_spawn(io, sut->unsubscribe(552, {7}), [&](std::exception_ptr) { done = true; });
+  const Bytes deletion = *receive(peer);
+  const Header header{options.source,     {options.target, 552}, Command::notification,
+                      flags::ads_command, ErrorCode::none,       0};
+  const Bytes value{3};
+  send(peer, encode_packet(header, encode_notification({{0, {{7, value}, {8, value}}}})));
+  EXPECT_TRUE(is_notified(1, 3));
+  EXPECT_THAT(notified, testing::Not(Contains(Pair(0, testing::_))));
+  send(peer, response_to(deletion, encode_data(ByteWriter().u32(0).take())));
+  EXPECT_TRUE(tests::run_until(io, [&] { return done; }));
+}
+
+TEST_F(ClientNotification, ReleasesWhatTheControllerKeepsForItWhenItLeaves) {
+  auto peer = establish();
+  const auto later = start(sut->subscribe(552, both(), record));
+  const Bytes granted = ByteWriter().u32(0).u32(7).u32(0).u32(8).take();
+  send(peer, response_to(*receive(peer), encode_data(granted)));
+  finish(later);
+  sut->leave({.port = 552, .notifications = {7, 8}, .symbols = {3}});
+  const Bytes deletion = *receive(peer);
+  EXPECT_EQ(header_of(deletion).command, Command::read_write);
+  EXPECT_TRUE(std::ranges::equal(BytesView(deletion).last(8), Bytes{7, 0, 0, 0, 8, 0, 0, 0}));
+  const Bytes release = *receive(peer);
+  EXPECT_EQ(header_of(release).command, Command::write);
+  EXPECT_TRUE(std::ranges::equal(BytesView(release).last(4), Bytes{3, 0, 0, 0}));
+  EXPECT_EQ(receive(peer), std::nullopt) << "the connection is closed";
+}
+
 TEST_F(ClientNotification, OneThatEndsWithItsLinkFails) {
   auto peer = establish();
   const auto later = start(sut->subscribe(552, both(), record));

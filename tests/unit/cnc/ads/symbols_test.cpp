@@ -38,6 +38,14 @@ class OneSymbol : public SymbolDirectory {
   }
 };
 
+/// Beside the type of its first symbol it has one that is in no upload.
+class UnknownType final : public OneSymbol {
+ public:
+  [[nodiscard]] std::vector<Symbol> all(std::uint16_t port) const override {
+    return {*find(port, "MAIN.counter"), {"MAIN.mode", {1, 9}, 4, 65, 0, "E_MODE", ""}};
+  }
+};
+
 Bytes bytes_of(std::string_view text) {
   return {text.begin(), text.end()};
 }
@@ -139,6 +147,12 @@ TEST_F(SymbolsTest, UploadsAllSymbolsAndTheirTypes) {
     types.insert(types.end(), bytes.begin(), bytes.end());
   }
   EXPECT_EQ(*read(symbol::type_upload, 0xFFFFFFFF), types);
+}
+
+TEST_F(SymbolsTest, UploadsNoTypeThatItCannotDescribe) {
+  const UnknownType unknown;
+  Symbols of_unknown(memory, unknown);
+  EXPECT_EQ(*of_unknown.read(552, {symbol::type_upload, 0}, 0xFFFFFFFF), vector("base_type"));
 }
 
 TEST_F(SymbolsTest, DescribesATypeByItsName) {

@@ -275,6 +275,22 @@ TEST(ACall, ShowsADeclinedAttemptAndTheAnswerOfTheNext) {
   EXPECT_EQ(sut.outcome(), Outcome::answered);
 }
 
+TEST(ACall, HasTheUuidOfAReplyWhoseRequestIsMissing) {
+  const auto entries = one_call(17, 0);
+  const auto reply = std::ranges::find_if(entries, [](const Entry& entry) {
+    return std::holds_alternative<fabric::Reply>(entry.sample);
+  });
+  Call sut;
+  sut.id = call_of(*reply);
+  ASSERT_TRUE(sut.add(*reply));
+  EXPECT_EQ(sut.uuid, tests::square_root);
+  // As in a recording that another program has made.
+  Entry without_uuid = *reply;
+  without_uuid.uuid.clear();
+  ASSERT_TRUE(sut.add(without_uuid));
+  EXPECT_EQ(sut.uuid, tests::square_root);
+}
+
 TEST(ACall, HasNoStepForAnEventOfALaterVersion) {
   std::vector<Entry> entries = one_call(17, 0);
   event_of(entries[4]).kind = static_cast<fabric::EventKind>(200);

@@ -129,6 +129,32 @@ TEST_F(ACompleteness, ReportsAMissingInterimReplyThatWasWritten) {
   EXPECT_EQ(missing(), (Missing{.incomplete = 1, .replies = 1}));
 }
 
+TEST_F(ACompleteness, FindsAWrittenInterimReplyThatCame) {
+  add({gateway(-1000)});
+  auto entries = one_call(17, 0);
+  Entry interim = the<fabric::Reply>(entries);
+  auto& reply = std::get<fabric::Reply>(interim.sample);
+  reply.kind = fabric::ReplyKind::interim;
+  reply.state = 50;
+  Entry written = entries[2];
+  auto& event = std::get<fabric::Event>(written.sample);
+  event.kind = EventKind::interim;
+  event.state = 50;
+  entries.insert(entries.begin() + 3, {interim, written});
+  add(entries);
+  EXPECT_EQ(missing(), (Missing{.complete = 1}));
+}
+
+TEST_F(ACompleteness, ReportsTheMissingEndOfACallOnceItsChannelHasAReplyToTheNext) {
+  add({gateway(-1000)});
+  add(without(one_call(17, 0), EventKind::written));
+  auto next = one_call(18, 20);
+  add({the<fabric::Reply>(next)});
+  sut.finish(at(settled));
+  EXPECT_EQ(sut.missing().incomplete, 1U);
+  EXPECT_EQ(sut.missing().events, 1U);
+}
+
 TEST_F(ACompleteness, ReportsEachMissingEventThatOthersImply) {
   add({gateway(-1000)});
   add(one_call(16, -20));
