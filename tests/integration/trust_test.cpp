@@ -1,6 +1,5 @@
 // A fabric with trust, set up with the commands for it: real processes, each with its credentials
 // from `millrace trust`.
-#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
@@ -193,17 +192,22 @@ TEST_F(Trust, LeavesTimeForAuthenticationBeforeNothingIsListed) {
 TEST_F(Trust, LeavesTimeForAuthenticationBeforeAGatewayServes) {
   Process unauthenticated = start_service_of_another_plant();
   Process cnc = sut.cnc();
-  // On a busy host a gateway may serve before it has seen the announcement.
-  std::chrono::steady_clock::duration longest{};
-  for (int i = 0; i < 5 && longest < std::chrono::seconds(3); ++i) {
+  // DDS may need longer for the announcement than a gateway listens: only one that has rejected the
+  // certificate before it serves had to wait.
+  bool announced = false;
+  const auto end = std::chrono::steady_clock::now() + patience;
+  while (!announced && std::chrono::steady_clock::now() < end) {
     const auto begin = std::chrono::steady_clock::now();
     Process gateway = sut.gateway(sut.as("gateway-1"));
     gateway.await_error("link up");
-    longest = std::max(longest, std::chrono::steady_clock::now() - begin);
+    const auto waited = std::chrono::steady_clock::now() - begin;
     gateway.terminate();
     EXPECT_EQ(gateway.wait(), 0);
+    const std::string log = gateway.error_output();
+    announced = log.find("Certificate not valid") < log.find("link up");
+    EXPECT_TRUE(!announced || waited >= std::chrono::seconds(3)) << log;
   }
-  EXPECT_GE(longest, std::chrono::seconds(3));
+  EXPECT_TRUE(announced);
 }
 
 TEST_F(Trust, CanGrantMoreWhenItIsIssuedAgain) {
