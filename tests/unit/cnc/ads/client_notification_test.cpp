@@ -34,6 +34,15 @@ class ClientNotification : public ClientFixture {
   Handles subscribe(std::vector<AddNotificationRequest> wanted = both()) {
     return finish(start(sut->subscribe(552, std::move(wanted), record)));
   }
+  /// A controller that has granted the handles 7 and 8.
+  RawPeer subscribe_to_peer() {
+    auto peer = establish();
+    const auto later = start(sut->subscribe(552, both(), record));
+    const Bytes granted = ByteWriter().u32(0).u32(7).u32(0).u32(8).take();
+    send(peer, response_to(*receive(peer), encode_data(granted)));
+    finish(later);
+    return peer;
+  }
   void unsubscribe(std::vector<std::uint32_t> handles) {
     bool done = false;
     boost::asio::co_spawn(io, sut->unsubscribe(552, std::move(handles)),
@@ -141,11 +150,7 @@ TEST_F(ClientNotification, DeletesWhatAnEarlierConnectionHasLeftAtTheController)
 }
 
 TEST_F(ClientNotification, PassesNothingOnceTheUnsubscriptionHasBegun) {
-  auto peer = establish();
-  const auto later = start(sut->subscribe(552, both(), record));
-  const Bytes granted = ByteWriter().u32(0).u32(7).u32(0).u32(8).take();
-  send(peer, response_to(*receive(peer), encode_data(granted)));
-  finish(later);
+  auto peer = subscribe_to_peer();
   bool done = false;
   boost::asio::co_spawn(io, sut->unsubscribe(552, {7}), [&](std::exception_ptr) { done = true; });
   const Bytes deletion = *receive(peer);
@@ -160,11 +165,7 @@ TEST_F(ClientNotification, PassesNothingOnceTheUnsubscriptionHasBegun) {
 }
 
 TEST_F(ClientNotification, ReleasesWhatTheControllerKeepsForItWhenItLeaves) {
-  auto peer = establish();
-  const auto later = start(sut->subscribe(552, both(), record));
-  const Bytes granted = ByteWriter().u32(0).u32(7).u32(0).u32(8).take();
-  send(peer, response_to(*receive(peer), encode_data(granted)));
-  finish(later);
+  auto peer = subscribe_to_peer();
   sut->leave({.port = 552, .notifications = {7, 8}, .symbols = {3}});
   const Bytes deletion = *receive(peer);
   EXPECT_EQ(header_of(deletion).command, Command::read_write);
@@ -211,12 +212,7 @@ TEST_F(ClientNotification, OneThatTimesOutIsDeletedWhenTheControllerNotifiesItAf
 }
 
 TEST_F(ClientNotification, AnInconsistentFrameIsDropped) {
-  auto peer = establish();
-  const auto later = start(sut->subscribe(552, both(), record));
-  const Bytes sum = *receive(peer);
-  const Bytes granted = ByteWriter().u32(0).u32(7).u32(0).u32(8).take();
-  send(peer, response_to(sum, encode_data(granted)));
-  finish(later);
+  auto peer = subscribe_to_peer();
   const Header header{options.source,     {options.target, 552}, Command::notification,
                       flags::ads_command, ErrorCode::none,       0};
   Bytes cut = encode_notification({{0, {{7, Bytes{1}}}}});
